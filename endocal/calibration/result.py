@@ -1,0 +1,65 @@
+"""What a calibration is: the model, how sure it is, and where it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..boundary.circle import Boundary
+from ..model import DivisionModel
+
+VERDICTS = ("good", "doubtful", "failed")
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """One standard deviation of each parameter: px^-2, px, and px^-4 for the two-parameter model."""
+
+    lam: float
+    center: tuple[float, float]
+    lam2: float | None = None
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Whether the calibration can be trusted, and the numbers behind that.
+
+    ``verdict`` is one of VERDICTS; ``rms_before`` and ``rms`` are the straightness of the found lines in
+    distorted pixels, without and with the model; ``entropy`` is that of the vote map (eq. 6).
+    """
+
+    verdict: str
+    reasons: tuple[str, ...] = ()
+    lines: int = 0
+    points: int = 0
+    rms_before: float | None = None
+    rms: float | None = None
+    entropy: float | None = None
+
+
+@dataclass(frozen=True)
+class SourceImage:
+    """A picture that went in: its bare file name and the SHA-256 of its bytes."""
+
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Source:
+    """How the calibration was made."""
+
+    method: str = "hewg"
+    refined: bool = True
+    images: tuple[SourceImage, ...] = ()
+    endocal: str = ""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """One lens at one zoom setting."""
+
+    model: DivisionModel
+    uncertainty: Uncertainty | None = None
+    boundary: Boundary | None = None
+    quality: Quality | None = None
+    source: Source | None = None

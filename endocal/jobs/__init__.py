@@ -1,0 +1,1 @@
+"""What the commands do, as functions: a spec in, a report out, no terminal."""

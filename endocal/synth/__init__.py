@@ -1,0 +1,1 @@
+"""Pictures and clips with known truth, rendered analytically."""

@@ -1,0 +1,1 @@
+"""Video in and out over PyAV, losing nothing on the way."""

@@ -1,0 +1,1 @@
+"""OpenCL C sources, one job a file, shipped as the package ``endocal.kernels``."""
