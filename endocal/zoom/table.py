@@ -1,0 +1,251 @@
+"""The zoom table: a lens at a few zoom settings, and its model at any other (Lee et al. 2013, III, IV-B).
+
+A change of focal length by r scales the picture by r, and with it the visible circle; so lam scales with
+1/r^2 and lam2 with 1/r^4 (eq. 15), that is, lam * diameter^2 is one constant of the lens: the law. The
+article reads a table in two ways, by diameter and by area; ``auto`` interpolates what the law says is
+constant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+from ..boundary.circle import Boundary
+from ..errors import InputError
+from ..model import DivisionModel
+from .interpolate import MonotoneCurve, line_slope, linear
+
+LOOKUPS = ("auto", "diameter", "area")
+
+# A setting that departs from the law by more than this is no setting of the same lens.
+_MAX_DEPARTURE = 0.30
+# A setting stands out when it departs by this much, and by this many times more than the others do.
+_OUTLIER_DEPARTURE = 0.05
+_OUTLIER_RATIO = 3.0
+# Below this |lam D^2| the picture moves by less than half a percent of the radius at the rim: such a lens
+# is too straight for a relative departure to mean anything, so departures are taken relative to this.
+_WEAKEST_LAW = 0.02
+# Two diameters nearer than this (relative) are one setting measured twice.
+_SAME_DIAMETER = 1e-3
+
+
+@dataclass(frozen=True)
+class SettingSource:
+    """What a setting was made from: a bare file name and the SHA-256 of that file's bytes."""
+
+    file: str
+    sha256: str = ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The lens at one zoom setting.
+
+    ``lam`` in px^-2 and ``lam2`` in px^-4, ``center`` (x, y) in px, ``diameter`` of the visible circle in
+    px of the frame's height, ``area`` of the visible content in px^2 (only the area look-up needs it).
+    """
+
+    lam: float
+    center: tuple[float, float]
+    diameter: float
+    area: float | None = None
+    lam2: float = 0.0
+    source: SettingSource | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.diameter) and self.diameter > 0):
+            raise InputError(f"a setting's diameter {self.diameter:g} is not a positive number")
+        if self.area is not None and not (math.isfinite(self.area) and self.area > 0):
+            raise InputError(f"a setting's area {self.area:g} is not a positive number")
+
+    @property
+    def strength(self) -> float:
+        """lam * diameter^2, the law's constant; with lam2, of the one-parameter model equal at the rim."""
+        return (self.lam + self.lam2 * self.diameter**2 / 4) * self.diameter**2
+
+
+@dataclass(frozen=True)
+class Law:
+    """How well the settings obey eq. 15, lam * diameter^2 = constant.
+
+    ``spread`` is the root mean square of ``departures``, each setting's relative distance from the
+    constant; ``outlier`` is the index of the one setting that stands out from the rest, if any.
+    """
+
+    lambda_diameter2: float
+    spread: float
+    departures: tuple[float, ...]
+    outlier: int | None
+
+
+@dataclass(frozen=True)
+class ZoomTable:
+    """The settings of one lens, sorted by diameter, for frames of ``size`` (width, height) px.
+
+    Raises InputError for fewer than two settings, two equal diameters, a setting whose model folds the
+    picture within its own circle, and one that breaks the law by more than 30 %.
+    """
+
+    settings: tuple[Setting, ...]
+    size: tuple[int, int]
+    pixel_aspect: float = 1.0
+
+    def __post_init__(self) -> None:
+        ordered = tuple(sorted(self.settings, key=lambda s: s.diameter))
+        object.__setattr__(self, "settings", ordered)
+        object.__setattr__(self, "size", (int(self.size[0]), int(self.size[1])))
+        if len(ordered) < 2:
+            raise InputError(
+                f"a zoom table needs 2 settings or more, this one has {len(ordered)}: calibrate the lens"
+                " at another zoom"
+            )
+        for a, b in pairwise(ordered):
+            if b.diameter - a.diameter < _SAME_DIAMETER * b.diameter:
+                raise InputError(
+                    f"two settings have the same diameter ({a.diameter:g} and {b.diameter:g} px):"
+                    " drop one of them"
+                )
+        for setting in ordered:
+            if self._model(setting).valid_radius <= setting.diameter / 2:
+                raise InputError(
+                    f"lambda {setting.lam:g} at diameter {setting.diameter:g} px folds the picture within"
+                    " its own circle: calibrate that setting again"
+                )
+        self._check_law()
+
+    def _check_law(self) -> None:
+        departures = self.law.departures
+        worst = max(range(len(departures)), key=lambda i: abs(departures[i]))
+        if abs(departures[worst]) > _MAX_DEPARTURE:
+            raise InputError(
+                f"the setting at diameter {self.settings[worst].diameter:g} px departs by"
+                f" {departures[worst]:+.0%} from the law lambda * diameter^2 = constant: is it the same"
+                " lens? calibrate that setting again or leave it out"
+            )
+
+    @cached_property
+    def law(self) -> Law:
+        """The law's constant (the median over the settings) and the departures from it."""
+        strengths = [s.strength for s in self.settings]
+        constant = _median(strengths)
+        scale = max(abs(constant), _WEAKEST_LAW)
+        departures = tuple((k - constant) / scale for k in strengths)
+        spread = math.sqrt(sum(d * d for d in departures) / len(departures))
+        return Law(constant, spread, departures, _outlier(departures))
+
+    def covers(self, diameter: float) -> bool:
+        """Say whether a diameter, px, lies in the calibrated range; outside it the law extrapolates."""
+        return self.settings[0].diameter <= diameter <= self.settings[-1].diameter
+
+    def at(self, boundary: Boundary, lookup: str = "auto") -> DivisionModel:
+        """Return the model for a frame with this boundary; ``lookup`` is one of LOOKUPS."""
+        if lookup == "area":
+            return self._at_area(boundary)
+        return self.at_diameter(boundary.diameter, lookup)
+
+    def at_diameter(self, diameter: float, lookup: str = "auto") -> DivisionModel:
+        """Return the model where the visible circle is ``diameter`` px wide, be it in the frame or not.
+
+        ``diameter``: quadratic prediction (eq. 15) from the setting of the closest diameter.
+        ``auto``: lam D^2 (and lam2 D^4) through the settings' own values by a monotone curve, constant
+        outside them: exact at the settings and smooth in the diameter.
+        """
+        if lookup not in LOOKUPS:
+            raise ValueError(f"lookup {lookup!r} is none of {', '.join(LOOKUPS)}")
+        if not (math.isfinite(diameter) and diameter > 0):
+            raise InputError(f"the diameter {diameter:g} px is not a positive number")
+        if lookup == "diameter":
+            closest = min(self.settings, key=lambda s: abs(s.diameter - diameter))
+            ratio2 = (diameter / closest.diameter) ** 2
+            lam, lam2 = closest.lam / ratio2, closest.lam2 / ratio2**2
+        else:
+            lam = self._lam_curve(diameter) / diameter**2
+            lam2 = self._lam2_curve(diameter) / diameter**4
+        return DivisionModel(lam, self._center(diameter), self.size, self.pixel_aspect, lam2)
+
+    def rescale(self, size: tuple[int, int]) -> ZoomTable:
+        """Return the table for the same picture at another frame size; InputError for another shape."""
+        size = (int(size[0]), int(size[1]))
+        if size == self.size:
+            return self
+        sx, sy = size[0] / self.size[0], size[1] / self.size[1]
+        settings = []
+        for s in self.settings:
+            model = self._model(s).rescale(size)
+            area = None if s.area is None else s.area * sx * sy
+            settings.append(
+                replace(
+                    s,
+                    lam=model.lam,
+                    lam2=model.lam2,
+                    center=model.center,
+                    diameter=s.diameter * sy,
+                    area=area,
+                )
+            )
+        return replace(self, settings=tuple(settings), size=size)
+
+    def _at_area(self, boundary: Boundary) -> DivisionModel:
+        """Interpolate linearly between the settings of the two areas about this one (section IV-B)."""
+        known = sorted((s.area, s.lam, s.lam2) for s in self.settings if s.area is not None)
+        if len(known) < len(self.settings):
+            raise InputError("the area look-up needs an area in every setting of the zoom table")
+        areas = [k[0] for k in known]
+        if not areas[0] <= boundary.area <= areas[-1]:
+            return self.at_diameter(boundary.diameter, "diameter")
+        lam = linear(areas, [k[1] for k in known], boundary.area)
+        lam2 = linear(areas, [k[2] for k in known], boundary.area)
+        center = self._center(boundary.diameter)
+        return DivisionModel(lam, center, self.size, self.pixel_aspect, lam2)
+
+    def _model(self, setting: Setting) -> DivisionModel:
+        return DivisionModel(
+            setting.lam, setting.center, self.size, self.pixel_aspect, setting.lam2
+        )
+
+    @cached_property
+    def _diameters(self) -> list[float]:
+        return [s.diameter for s in self.settings]
+
+    @cached_property
+    def _lam_curve(self) -> MonotoneCurve:
+        return MonotoneCurve(self._diameters, [s.lam * s.diameter**2 for s in self.settings])
+
+    @cached_property
+    def _lam2_curve(self) -> MonotoneCurve:
+        return MonotoneCurve(self._diameters, [s.lam2 * s.diameter**4 for s in self.settings])
+
+    def _center(self, diameter: float) -> tuple[float, float]:
+        """Interpolate the centre linearly between the two neighbouring settings.
+
+        It moves on a line with the zoom; beyond the settings it goes on from the last one, with the
+        slope of all of them, since two close neighbours alone would carry their noise far.
+        """
+        d = self._diameters
+        clamped = min(max(diameter, d[0]), d[-1])
+        out = []
+        for axis in (0, 1):
+            values = [s.center[axis] for s in self.settings]
+            out.append(linear(d, values, clamped) + line_slope(d, values) * (diameter - clamped))
+        return out[0], out[1]
+
+
+def _median(values: Sequence[float]) -> float:
+    ordered = sorted(values)
+    n = len(ordered)
+    return (ordered[(n - 1) // 2] + ordered[n // 2]) / 2
+
+
+def _outlier(departures: Sequence[float]) -> int | None:
+    """Name the setting whose departure stands out; between two settings neither can be blamed."""
+    if len(departures) < 3:
+        return None
+    size = [abs(d) for d in departures]
+    worst = max(range(len(size)), key=size.__getitem__)
+    rest = _median(size[:worst] + size[worst + 1 :])
+    stands_out = size[worst] > max(_OUTLIER_DEPARTURE, _OUTLIER_RATIO * rest)
+    return worst if stands_out else None
