@@ -1,0 +1,157 @@
+"""Still pictures in and out: 8 or 16 bit, grey or BGR, never half of one.
+
+A picture is read as the sensor stored it. An EXIF orientation tag tells how to hold it for the eye, but
+a lens sits before the sensor: the centre and the frame size of two pictures agree only in the sensor's
+own frame, which is also what a video of the same camera holds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, OutputError
+from .atomic import atomic_output
+from .names import PathLike, shown
+from .picture_header import SIGNATURE_BYTES, known_kind, read_header
+
+Picture = NDArray[np.uint8] | NDArray[np.uint16]
+
+_MAX_PIXELS = 200_000_000
+_MIN_SIDE = 2
+# Uncompressed 16-bit RGBA at that limit, with room for metadata.
+_MAX_BYTES = 9 * _MAX_PIXELS
+
+_READ = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
+_JPEG_QUALITY = 95
+# File name suffix -> encoder options; and those that keep 16 bits.
+_ENCODERS: dict[str, list[int]] = {
+    ".png": [],
+    ".jpg": [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY],
+    ".jpeg": [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY],
+    ".tif": [],
+    ".tiff": [],
+    ".bmp": [],
+}
+_DEEP = (".png", ".tif", ".tiff")
+
+PICTURE_SUFFIXES = tuple(_ENCODERS)
+
+
+def read_image(path: PathLike) -> Picture:
+    """Read a PNG, JPEG, TIFF or BMP picture: uint8 or uint16, (h, w) grey or (h, w, 3) BGR.
+
+    Transparency is dropped, palettes are expanded, EXIF orientation is not applied (see the module).
+    Raises InputError for a file that is missing, unreadable, empty, no picture, truncated or damaged,
+    smaller than 2 px a side, or over 200 megapixels; the last without decoding it.
+    """
+    return decode_image(read_picture_bytes(path), shown(path))
+
+
+def read_picture_bytes(path: PathLike) -> bytes:
+    """Return a picture file's bytes, to be decoded or hashed; InputError where it is no picture file."""
+    name = shown(path)
+    try:
+        with open(path, "rb") as file:
+            start = file.read(SIGNATURE_BYTES)
+            if start and not known_kind(start):
+                raise InputError(f"{name}: is not a PNG, JPEG, TIFF or BMP picture")
+            data = start + file.read(_MAX_BYTES)
+    except FileNotFoundError:
+        raise InputError(f"{name}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{name}: is a directory, not a picture") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', error)}") from None
+    if len(data) > _MAX_BYTES:
+        raise InputError(
+            f"{name}: the file is over {_MAX_BYTES >> 20} MiB, too large for a picture"
+        )
+    return data
+
+
+def decode_image(data: bytes, name: str = "<picture>") -> Picture:
+    """Decode the bytes of a picture file, as ``read_image`` does; ``name`` is what errors call it."""
+    if not data:
+        raise InputError(f"{name}: is empty")
+    try:
+        header = read_header(data)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+    size = f"{header.width}x{header.height}"
+    if header.width * header.height > _MAX_PIXELS:
+        raise InputError(
+            f"{name}: {size} is over {_MAX_PIXELS // 1_000_000} megapixels: scale it down"
+        )
+    if min(header.width, header.height) < _MIN_SIDE:
+        raise InputError(f"{name}: {size} px is too small to be a picture of anything")
+    if header.damage:
+        raise InputError(f"{name}: {header.damage}")
+    with _quiet():
+        try:
+            image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), _READ)
+        except (cv2.error, MemoryError):
+            image = None
+    if image is None:
+        raise InputError(
+            f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read"
+        )
+    if image.dtype not in (np.uint8, np.uint16):
+        raise InputError(f"{name}: has {image.dtype} pixels; 8 or 16 bit a channel are read")
+    return _without_alpha(image)
+
+
+def encode_image(image: Picture, suffix: str) -> bytes:
+    """Return the bytes of a picture file of the kind that ``suffix`` names, such as ``.png``.
+
+    Raises OutputError for a suffix that no encoder is known for, and for 16 bits in a kind that has 8.
+    """
+    suffix = suffix.lower()
+    if suffix not in _ENCODERS:
+        known = ", ".join(_ENCODERS)
+        raise OutputError(
+            f"pictures are written as {known}, not as {suffix or 'a name without suffix'!r}"
+        )
+    if image.dtype == np.uint16 and suffix not in _DEEP:
+        raise OutputError(f"a 16-bit picture does not fit into {suffix}: write .png or .tif")
+    done, data = cv2.imencode(suffix, image, _ENCODERS[suffix])
+    if not done:
+        raise OutputError(f"the picture cannot be encoded as {suffix}")
+    return data.tobytes()
+
+
+def write_image(path: PathLike, image: Picture, overwrite: bool = False) -> None:
+    """Write a picture, of the kind that the name's suffix tells; raises OutputError, see ``encode_image``."""
+    try:
+        data = encode_image(image, Path(os.fspath(path)).suffix)
+    except OutputError as error:
+        raise OutputError(f"{shown(path)}: {error}") from None
+    with atomic_output(path, overwrite) as temporary:
+        temporary.write_bytes(data)
+
+
+def _without_alpha(image: Any) -> Picture:
+    if image.ndim == 3 and image.shape[2] == 4:
+        image = image[:, :, :3]
+    elif image.ndim == 3 and image.shape[2] in (1, 2):
+        image = image[:, :, 0]
+    return np.ascontiguousarray(image)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep OpenCV from writing its own lines to stderr about a file that we report on."""
+    log = cv2.utils.logging
+    before = log.getLogLevel()
+    log.setLogLevel(log.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        log.setLogLevel(before)

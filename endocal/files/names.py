@@ -1,0 +1,13 @@
+"""File names as messages show them."""
+
+from __future__ import annotations
+
+import os
+
+PathLike = str | os.PathLike[str]
+
+
+def shown(path: PathLike) -> str:
+    """Return a path on one line: as it is, or quoted and escaped where it holds unprintable characters."""
+    name = os.fspath(path)
+    return name if name.isprintable() and name else repr(name)

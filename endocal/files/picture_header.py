@@ -1,0 +1,174 @@
+"""What a picture file says of itself, read without decoding: its size, and whether all of it is there.
+
+Decoders differ in what they do with a file that stops in the middle: some fail, some fill the rest with
+grey and say nothing. PNG (W3C), JPEG (ITU-T T.81), TIFF 6.0 with BigTIFF, and BMP.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..errors import InputError
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_JPEG = b"\xff\xd8\xff"
+_BMP = b"BM"
+_TIFF_ORDER = {b"II*\0": "<", b"MM\0*": ">", b"II+\0": "<", b"MM\0+": ">"}
+
+# The longest of the signatures.
+SIGNATURE_BYTES = 8
+
+# JPEG: markers that start a frame; markers without a length; a marker inside entropy-coded data that ends
+# it (any but a stuffed zero, a restart, and fill bytes).
+_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_JPEG_BARE = frozenset((0x01, *range(0xD0, 0xD8)))
+_JPEG_SCAN_END = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
+_JPEG_END, _JPEG_SCAN = 0xD9, 0xDA
+
+# TIFF: tags, and the byte size and struct letter of the field types that hold sizes and offsets.
+_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
+_TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
+
+_TRUNCATED = "is truncated: the end of the picture is missing"
+
+
+@dataclass(frozen=True)
+class PictureHeader:
+    """The size in px, and in words what is missing of the file (None: nothing)."""
+
+    width: int
+    height: int
+    damage: str | None = None
+
+
+def read_header(data: bytes) -> PictureHeader:
+    """Return what a picture file's bytes say; InputError where they are no picture of a known kind."""
+    reader = _reader(data)
+    if reader is None:
+        raise InputError("is not a PNG, JPEG, TIFF or BMP picture")
+    try:
+        header = reader(data)
+    except (struct.error, IndexError, OverflowError, MemoryError):
+        raise InputError(_TRUNCATED) from None
+    if header.width < 1 or header.height < 1:
+        raise InputError("is damaged: its header gives no size")
+    return header
+
+
+def known_kind(start: bytes) -> bool:
+    """Say whether a file that starts with these 8 bytes is a picture of a known kind."""
+    return _reader(start) is not None
+
+
+def _reader(data: bytes) -> Callable[[bytes], PictureHeader] | None:
+    if data.startswith(_PNG):
+        return _read_png
+    if data.startswith(_JPEG):
+        return _read_jpeg
+    if data[:4] in _TIFF_ORDER:
+        return _read_tiff
+    if data.startswith(_BMP):
+        return _read_bmp
+    return None
+
+
+def _read_png(data: bytes) -> PictureHeader:
+    length, kind, width, height = struct.unpack_from(">I4sII", data, 8)
+    if kind != b"IHDR" or length != 13:
+        raise InputError("is damaged: a PNG without a header")
+    return PictureHeader(width, height, _png_damage(data))
+
+
+def _png_damage(data: bytes) -> str | None:
+    at = len(_PNG)
+    while at + 12 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        end = at + 12 + length
+        if end > len(data):
+            return _TRUNCATED
+        (checksum,) = struct.unpack_from(">I", data, end - 4)
+        if zlib.crc32(memoryview(data)[at + 4 : end - 4]) != checksum:
+            return "is damaged: a checksum in it is wrong"
+        if kind == b"IEND":
+            return None
+        at = end
+    return _TRUNCATED
+
+
+def _read_jpeg(data: bytes) -> PictureHeader:
+    size: tuple[int, int] | None = None
+    at = 2
+    while True:
+        while data[at] == 0xFF and data[at + 1] == 0xFF:
+            at += 1
+        if data[at] != 0xFF:
+            raise InputError("is damaged: no JPEG marker where one must be")
+        marker = data[at + 1]
+        if marker == _JPEG_END:
+            break
+        if marker in _JPEG_BARE:
+            at += 2
+            continue
+        (length,) = struct.unpack_from(">H", data, at + 2)
+        if marker in _JPEG_FRAMES and size is None:
+            height, width = struct.unpack_from(">HH", data, at + 5)
+            size = (width, height)
+        at += 2 + length
+        if marker == _JPEG_SCAN:
+            found = _JPEG_SCAN_END.search(data, at)
+            if found is None:
+                break
+            at = found.start()
+    if size is None:
+        raise InputError("is damaged: a JPEG without a picture")
+    return PictureHeader(*size, None if data[at + 1 : at + 2] == b"\xd9" else _TRUNCATED)
+
+
+def _read_tiff(data: bytes) -> PictureHeader:
+    order = _TIFF_ORDER[data[:4]]
+    big = data[2:4] in (b"+\0", b"\0+")
+    (start,) = struct.unpack_from(order + ("Q" if big else "I"), data, 8 if big else 4)
+    (count,) = struct.unpack_from(order + ("Q" if big else "H"), data, start)
+    first, step = (start + 8, 20) if big else (start + 2, 12)
+    tags: dict[int, tuple[int, ...]] = {}
+    for i in range(min(count, 4096)):
+        at = first + i * step
+        tag, kind, length = struct.unpack_from(order + ("HHQ" if big else "HHI"), data, at)
+        letter = _TIFF_TYPES.get(kind)
+        if tag not in (_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES) or not letter:
+            continue
+        if length * struct.calcsize(letter) > len(data):
+            raise InputError(_TRUNCATED)
+        values = at + (12 if big else 8)
+        if length * struct.calcsize(letter) > (8 if big else 4):
+            (values,) = struct.unpack_from(order + ("Q" if big else "I"), data, values)
+        tags[tag] = struct.unpack_from(f"{order}{length}{letter}", data, values)
+    if not tags.get(_WIDTH) or not tags.get(_HEIGHT):
+        raise InputError("is damaged: a TIFF without a size")
+    damage = None
+    for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
+        ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))
+        if max(ends, default=0) > len(data):
+            damage = _TRUNCATED
+    return PictureHeader(tags[_WIDTH][0], tags[_HEIGHT][0], damage)
+
+
+def _read_bmp(data: bytes) -> PictureHeader:
+    start, header_size = (
+        struct.unpack_from("<I", data, 10)[0],
+        struct.unpack_from("<I", data, 14)[0],
+    )
+    if header_size == 12:
+        width, height, _, bits = struct.unpack_from("<HHHH", data, 18)
+        compression = 0
+    else:
+        width, height, _, bits, compression = struct.unpack_from("<iiHHI", data, 18)
+    height = abs(height)
+    # 0 and 3 are the uncompressed kinds; a run-length one does not tell its size.
+    row = (width * bits + 31) // 32 * 4
+    truncated = compression in (0, 3) and start + row * height > len(data)
+    return PictureHeader(width, height, _TRUNCATED if truncated else None)

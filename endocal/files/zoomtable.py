@@ -1,0 +1,82 @@
+"""A ZoomTable as a TOML document and back (schema ``endocal.zoomtable/1``)."""
+
+from __future__ import annotations
+
+from ..errors import InputError
+from ..zoom.table import Setting, SettingSource, ZoomTable
+from . import writing as w
+from .section import Section
+
+SCHEMA = "endocal.zoomtable"
+VERSION = 1
+
+
+def read(document: Section) -> ZoomTable:
+    """Return the zoom table that a document holds; InputError where it is not a sound one."""
+    size = document.size("size")
+    pixel_aspect = document.number("pixel_aspect", 1.0)
+    if document.has("law"):
+        # Follows from the settings; in the file for the reader's eye alone.
+        law = document.section("law")
+        law.number("lambda_diameter2", None)
+        law.number("spread", None)
+        law.close()
+    settings = tuple(_read_setting(s) for s in document.sections("setting", "[[setting]] number"))
+    document.close()
+    return ZoomTable(settings, size, pixel_aspect)
+
+
+def write(table: ZoomTable) -> list[str]:
+    """Return the lines of the document."""
+    law = table.law
+    lines = [
+        f'schema = "{SCHEMA}/{VERSION}"',
+        w.line("size", f"[{table.size[0]}, {table.size[1]}]", "width, height, px"),
+        w.line("pixel_aspect", w.number(table.pixel_aspect), "a pixel's width over its height"),
+        "",
+        "[law]                        # eq. 15: lambda * diameter^2 is one constant; for the reader",
+        w.line("lambda_diameter2", w.number(round(w.rounded(law.lambda_diameter2), 6) + 0.0)),
+        w.line(
+            "spread", w.number(round(w.rounded(law.spread), 6) + 0.0), "relative, over the settings"
+        ),
+    ]
+    for setting in table.settings:
+        lines += _write_setting(setting)
+    return lines
+
+
+def _read_setting(section: Section) -> Setting:
+    lam = section.number("lambda")
+    lam2 = section.number("lambda2", 0.0)
+    center = section.pair("center")
+    diameter = section.number("diameter")
+    area = section.number("area", None)
+    source = None
+    if section.has("source"):
+        inner = section.section("source", section.name("source,"))
+        source = SettingSource(inner.text("file"), inner.text("sha256", ""))
+        inner.close()
+    section.close()
+    try:
+        return Setting(lam, center, diameter, area, lam2, source)
+    except InputError as error:
+        raise InputError(f"{section.name(str(error))}") from None
+
+
+def _write_setting(setting: Setting) -> list[str]:
+    x, y = (w.rounded(v) for v in setting.center)
+    lines = ["", "[[setting]]", w.line("lambda", w.number(w.rounded(setting.lam)), "px^-2")]
+    if setting.lam2:
+        lines.append(w.line("lambda2", w.number(w.rounded(setting.lam2)), "px^-4"))
+    lines += [
+        w.line("center", w.numbers((x, y)), "x, y, px"),
+        w.line("diameter", w.number(w.rounded(setting.diameter)), "of the visible circle, px"),
+    ]
+    if setting.area is not None:
+        lines.append(w.line("area", w.number(w.rounded(setting.area)), "px^2, visible"))
+    if setting.source is not None:
+        row = {"file": w.text(setting.source.file)}
+        if setting.source.sha256:
+            row["sha256"] = w.text(setting.source.sha256)
+        lines.append(w.line("source", w.inline_table(row)))
+    return lines
