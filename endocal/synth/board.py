@@ -1,0 +1,195 @@
+"""A pattern seen through a division-model lens, with its truth.
+
+Every sample of the distorted picture is undistorted (eq. 4) and carried to the pattern's plane, where the
+pattern is known exactly: no picture is ever resampled, so edges lie where the model puts them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import DivisionModel, Points
+from .camera import Camera, ContentCircle, Light, Picture, to_grey_levels
+from .objects import Highlight, Instrument
+from .pattern import BACKGROUND, Pattern, Pose
+from .sampling import Floats, pixel_averages
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Text that a recorder burns into the picture; ``position`` (x, y) px is its lower left corner."""
+
+    text: str
+    position: tuple[int, int]
+    scale: float = 0.5
+    level: int = 235
+
+
+@dataclass(frozen=True)
+class BoardScene:
+    """Everything that makes one picture of a pattern.
+
+    ``clutter`` is the relative depth of the background's random cloudiness, 0 to 1. ``comb`` (dx, dy) is
+    how far the scene moves between the two fields of an interlaced frame, in undistorted px: half back
+    for the even rows, half on for the odd ones; (0, 0) is a progressive frame.
+    """
+
+    model: DivisionModel
+    pattern: Pattern
+    pose: Pose
+    circle: ContentCircle | None = None
+    camera: Camera = field(default_factory=Camera)
+    instruments: tuple[Instrument, ...] = ()
+    highlights: tuple[Highlight, ...] = ()
+    overlays: tuple[Overlay, ...] = ()
+    clutter: float = 0.0
+    comb: tuple[float, float] = (0.0, 0.0)
+    seed: int = 0
+
+
+def render_board(scene: BoardScene) -> Picture:
+    """Render the picture: uint8, (h, w) grey, or (h, w, 3) BGR where the camera has a tint."""
+    rng = np.random.default_rng(scene.seed)
+    camera, model = scene.camera, scene.model
+    texture = _clutter(scene, rng)
+    if scene.comb == (0.0, 0.0):
+        light = camera.focus(_light(scene, texture, (0.0, 0.0)))
+    else:
+        half = (scene.comb[0] / 2, scene.comb[1] / 2)
+        light = camera.focus(_light(scene, texture, (-half[0], -half[1])))
+        light[1::2] = camera.focus(_light(scene, texture, half))[1::2]
+    level = camera.expose(light, scene.circle, model.pixel_aspect, rng)
+    picture = to_grey_levels(level)
+    for item in scene.overlays:
+        color = (item.level,) * (3 if picture.ndim == 3 else 1)
+        cv2.putText(picture, item.text, item.position, cv2.FONT_HERSHEY_SIMPLEX, item.scale, color)
+    return camera.compress(picture)
+
+
+def true_corners(scene: BoardScene) -> tuple[Points, NDArray[np.bool_]]:
+    """Where the inner corners are seen, (rows - 1, cols - 1, 2) distorted px, and which are visible."""
+    points = project(scene, scene.pattern.inner_corners())
+    return points, visible(scene, points)
+
+
+def true_lines(scene: BoardScene, samples: int = 200) -> list[Points]:
+    """Points along each inner line, (n, 2) distorted px each: the visible ones of ``samples``, at least 2."""
+    found = []
+    for line in scene.pattern.lines(samples):
+        points = project(scene, line)
+        points = points[visible(scene, points)]
+        if len(points) >= 2:
+            found.append(points)
+    return found
+
+
+def project(scene: BoardScene, plane: Floats) -> Points:
+    """Map plane coordinates (..., 2), in squares, to distorted px; NaN where they are behind the camera."""
+    model = scene.model
+    image = np.concatenate([plane, np.ones_like(plane[..., :1])], -1) @ homography(scene).T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        offset = np.where(image[..., 2:] > 0, image[..., :2] / image[..., 2:], np.nan)
+    return model.distort(offset / (model.pixel_aspect, 1.0) + model.center)
+
+
+def plane_coordinates(scene: BoardScene, points: Points) -> Points:
+    """Map distorted px (..., 2) to plane coordinates in squares; NaN where the plane is not seen."""
+    back = _inverse(homography(scene))
+    offsets = _offsets(scene.model, points[..., 0], points[..., 1])
+    return np.stack(_onto_plane(back, *offsets), axis=-1)
+
+
+def visible(scene: BoardScene, points: Points) -> NDArray[np.bool_]:
+    """Which distorted points (..., 2) lie in the frame, in the circle, and behind no instrument."""
+    model = scene.model
+    w, h = model.size
+    x, y = points[..., 0], points[..., 1]
+    with np.errstate(invalid="ignore"):
+        seen = (x >= 0) & (x <= w - 1) & (y >= 0) & (y <= h - 1)
+        if scene.circle:
+            ox, oy = scene.circle.center
+            dx, dy = (x - ox) * model.pixel_aspect, y - oy
+            seen &= dx * dx + dy * dy < (scene.circle.diameter / 2) ** 2
+    for item in scene.instruments:
+        seen &= item.parts(*_offsets(model, x, y), model) == 0
+    return seen
+
+
+def homography(scene: BoardScene, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
+    """Return (3, 3) from plane coordinates to undistorted offsets from the centre, moved by ``shift`` px."""
+    model = scene.model
+    middle = (model.undistort(scene.pose.center) - model.center) * (model.pixel_aspect, 1.0)
+    moved = np.array([[1, 0, shift[0]], [0, 1, shift[1]], [0, 0, 1]], float)
+    return moved @ scene.pose.homography(middle)
+
+
+def _light(scene: BoardScene, texture: Light | None, shift: tuple[float, float]) -> Light:
+    """Average the scene's radiance over each pixel; the frame is widened by the camera's reach."""
+    model, pattern, reach = scene.model, scene.pattern, scene.camera.reach
+    back = _inverse(homography(scene, shift))
+    values = [*pattern.radiances]
+    first = []
+    for item in scene.instruments:
+        first.append(len(values) - 1)
+        values += item.radiances
+
+    def labels(x: Floats, y: Floats) -> NDArray[np.int32]:
+        ux, uy = _offsets(model, x, y)
+        label = pattern.labels(*_onto_plane(back, ux, uy))
+        for start, item in zip(first, scene.instruments, strict=True):
+            part = item.parts(ux, uy, model)
+            label = np.where(part > 0, start + part, label)
+        return label
+
+    table = np.array(values, np.float32)
+    if texture is not None:
+        # Two columns: radiance without the background, and the background's share of the pixel.
+        table = np.stack([table, np.zeros_like(table)], axis=1)
+        table[BACKGROUND] = 0, pattern.background
+    w, h = model.size
+    light = pixel_averages(labels, table, (-reach, -reach), (h + 2 * reach, w + 2 * reach))
+    if texture is not None:
+        light = light[..., 0] + light[..., 1] * texture
+    for spot in scene.highlights:
+        spot.add_to(light, (-reach, -reach))
+    return light
+
+
+def _offsets(model: DivisionModel, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Undistorted offsets from the centre, in square px; NaN beyond the valid radius."""
+    dx, dy = (x - model.center[0]) * model.pixel_aspect, y - model.center[1]
+    q = dx * dx + dy * dy
+    q = np.where(q < model.valid_radius**2, q, np.nan)
+    scale = 1 / (1 + q * (model.lam + q * model.lam2))
+    return dx * scale, dy * scale
+
+
+def _onto_plane(back: Floats, ux: Floats, uy: Floats) -> tuple[Floats, Floats]:
+    """Plane coordinates of undistorted offsets through the inverse homography; NaN beyond the horizon."""
+    depth = back[2, 0] * ux + back[2, 1] * uy + back[2, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = np.where(depth > 0, 1 / depth, np.nan)
+    x = (back[0, 0] * ux + back[0, 1] * uy + back[0, 2]) * inverse
+    y = (back[1, 0] * ux + back[1, 1] * uy + back[1, 2]) * inverse
+    return x, y
+
+
+def _inverse(homography: Floats) -> Floats:
+    return np.asarray(np.linalg.inv(homography), np.float64)
+
+
+def _clutter(scene: BoardScene, rng: np.random.Generator) -> Light | None:
+    """Cloudiness of the background around 1, float32, over the widened frame; None where there is none."""
+    if scene.clutter == 0:
+        return None
+    reach = scene.camera.reach
+    w, h = (n + 2 * reach for n in scene.model.size)
+    total = np.zeros((h, w), np.float32)
+    for cells, weight in ((4, 1.0), (9, 0.6), (20, 0.3)):
+        coarse = rng.uniform(-1, 1, (cells, cells)).astype(np.float32)
+        total += weight * cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
+    return np.maximum(1 + scene.clutter * total, 0)

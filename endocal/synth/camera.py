@@ -1,0 +1,117 @@
+"""From light to the recorded picture: blur, field stop, vignetting, gamma, noise, JPEG."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.uint8]
+Light = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class ContentCircle:
+    """The round field stop of an endoscope.
+
+    ``center`` (x, y) in px; ``diameter`` in px of the frame's height, measured where the light has
+    fallen to half; ``softness`` is the width in px over which the light falls, at least one pixel.
+    """
+
+    center: tuple[float, float]
+    diameter: float
+    softness: float = 1.5
+
+    def transmission(self, size: tuple[int, int], pixel_aspect: float = 1.0) -> Light:
+        """Return the share of light that passes at each pixel, float32 (h, w)."""
+        r = np.sqrt(squared_radius(size, self.center, pixel_aspect))
+        return np.clip((self.diameter / 2 - r) / max(self.softness, 1.0) + 0.5, 0, 1)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """What the optics, the sensor and the recorder do to the light, in this order.
+
+    ``blur``: sigma of the point spread in px. ``vignetting``: the share of light lost at
+    ``vignetting_radius`` px from the circle's (else the frame's) centre, growing with the radius squared.
+    ``gamma``: a grey level is 255 * light^(1/gamma). ``black``: the lowest grey level. ``noise``: sigma
+    in grey levels. ``tint``: gains of blue, green and red, or None for a grey picture. ``jpeg``: quality
+    from 1 to 100, or None for no compression.
+    """
+
+    blur: float = 0.7
+    vignetting: float = 0.0
+    vignetting_radius: float | None = None
+    gamma: float = 1.0
+    black: float = 0.0
+    noise: float = 0.0
+    tint: tuple[float, float, float] | None = None
+    jpeg: int | None = None
+
+    @property
+    def reach(self) -> int:
+        """How far beyond the frame light still reaches into it, in px."""
+        return math.ceil(4 * self.blur)
+
+    def focus(self, light: Light) -> Light:
+        """Blur light (h, w, ...) and cut off ``reach`` px on each side."""
+        if self.blur == 0:
+            return light
+        k = self.reach
+        soft = cv2.GaussianBlur(light, (2 * k + 1, 2 * k + 1), self.blur)
+        return np.ascontiguousarray(soft[k:-k, k:-k])
+
+    def expose(
+        self,
+        light: Light,
+        circle: ContentCircle | None,
+        pixel_aspect: float,
+        rng: np.random.Generator,
+    ) -> Light:
+        """Turn focused light (h, w) or (h, w, 3) into noisy grey levels, float32, not yet rounded."""
+        h, w = light.shape[:2]
+        gain = np.ones((h, w), np.float32)
+        if self.vignetting:
+            middle = circle.center if circle else ((w - 1) / 2, (h - 1) / 2)
+            radius = self.vignetting_radius or math.hypot(w * pixel_aspect, h) / 2
+            gain -= self.vignetting / radius**2 * squared_radius((w, h), middle, pixel_aspect)
+            np.maximum(gain, 0, out=gain)
+        if circle:
+            gain *= circle.transmission((w, h), pixel_aspect)
+        if self.tint is not None and light.ndim == 2:
+            light = light[..., None] * np.array(self.tint, np.float32)
+        level = light * (gain if light.ndim == 2 else gain[..., None])
+        np.clip(level, 0, 1, out=level)
+        if self.gamma != 1:
+            cv2.pow(level, 1 / self.gamma, level)
+        level *= 255 - self.black
+        level += self.black
+        if self.noise:
+            grain = rng.standard_normal((h, w), dtype=np.float32)
+            grain *= self.noise
+            level += grain if level.ndim == 2 else grain[..., None]
+        return level
+
+    def compress(self, picture: Picture) -> Picture:
+        """Pass a picture through JPEG at ``jpeg``, if that is set."""
+        if self.jpeg is None:
+            return picture
+        _, packed = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, self.jpeg])
+        return np.asarray(cv2.imdecode(packed, cv2.IMREAD_UNCHANGED), np.uint8)
+
+
+def to_grey_levels(level: Light) -> Picture:
+    """Round grey levels to uint8."""
+    return np.asarray(cv2.convertScaleAbs(np.maximum(level, 0)), np.uint8)
+
+
+def squared_radius(
+    size: tuple[int, int], center: tuple[float, float], pixel_aspect: float = 1.0
+) -> Light:
+    """Squared distance of each pixel from ``center``, float32 (h, w), in square px."""
+    x = (np.arange(size[0]) - center[0]) * pixel_aspect
+    y = np.arange(size[1]) - center[1]
+    return ((x * x)[None, :] + (y * y)[:, None]).astype(np.float32)
