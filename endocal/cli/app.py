@@ -2,21 +2,81 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import os
+import signal
 import sys
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import typer
 
 from ..errors import EndocalError, UsageError
 
-# In the order of --help. Each is a module of this package with a function ``command``.
-COMMANDS: tuple[str, ...] = ()
+# The panels of --help and the commands in each, in order. Each is a module of this package with a function
+# ``command`` or a typer app ``group``, and, if it likes, command lines in ``EXAMPLES`` for its help.
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "Calibrate": (),
+    "Correct": (),
+    "Look and convert": ("show",),
+    "Check and measure": (),
+}
 
-app = typer.Typer(no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False)
+DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
 
-@app.callback(invoke_without_command=True)
+def build(names: Sequence[str] | None = None) -> typer.Typer:
+    """Return the application with all its commands, or with those named alone."""
+    app = typer.Typer(
+        no_args_is_help=True,
+        add_completion=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback(invoke_without_command=True)(_root)
+    for panel, commands in COMMANDS.items():
+        for name in commands:
+            if names is None or name in names:
+                _add(app, panel, name)
+    return app
+
+
+def run(args: Sequence[str]) -> int:
+    """Run one command line and return the exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted."""
+    try:
+        code = _invoke(args)
+        sys.stdout.flush()
+        return code
+    except EndocalError as error:
+        return _fail(str(error), WRONG_USAGE if isinstance(error, UsageError) else FAILED)
+    except KeyboardInterrupt:
+        return _fail("interrupted", INTERRUPTED)
+    except MemoryError:
+        return _fail("out of memory", FAILED)
+    except OSError as error:
+        if isinstance(error, BrokenPipeError) and _stdout_is_closed():
+            return _end_quietly()
+        return _fail(_describe(error), FAILED)
+    except Exception as error:
+        words = f"internal error: {type(error).__name__}: {error}"
+        return _fail(f"{words} (ENDOCAL_DEBUG=1 shows where; please report it)", FAILED)
+
+
+def main() -> None:
+    """Run the process's own command line and exit."""
+    for name in ("SIGTERM", "SIGHUP"):
+        # As an exception, so that temporary files go; not where the caller wants the signal ignored (nohup).
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _terminate)
+    if not sys.warnoptions and not _debugging():
+        warnings.simplefilter("ignore")
+    sys.exit(run(sys.argv[1:]))
+
+
 def _root(
     version: bool = typer.Option(False, "--version", help="Print the version and exit."),
 ) -> None:
@@ -28,25 +88,91 @@ def _root(
         raise typer.Exit
 
 
-def _register() -> None:
-    for name in COMMANDS:
-        module = importlib.import_module(f".{name}", __package__)
-        group = getattr(module, "group", None)
-        if group is not None:
-            app.add_typer(group, name=name)
-        else:
-            app.command(name)(module.command)
+def _add(app: typer.Typer, panel: str, name: str) -> None:
+    module = importlib.import_module(f".{name}", __package__)
+    examples = "\n\n".join(["Examples:", *module.EXAMPLES]) if hasattr(module, "EXAMPLES") else None
+    if hasattr(module, "group"):
+        app.add_typer(module.group, name=name, rich_help_panel=panel, epilog=examples)
+    else:
+        app.command(name, rich_help_panel=panel, epilog=examples)(module.command)
 
 
-def main() -> None:
-    """Run the command line: exit 0 done, 1 failed, 2 wrong usage, 130 interrupted."""
-    _register()
+def _invoke(args: Sequence[str]) -> int:
+    """Parse and run; wrong usage comes back as UsageError, everything else as it was raised."""
+    known = [name for commands in COMMANDS.values() for name in commands]
+    # Only the command that is asked for is imported; help and completion need all.
+    wanted = args[:1] if args and args[0] in known else None
+    command = typer.main.get_command(build(wanted))
     try:
-        app()
-    except EndocalError as error:
-        if os.environ.get("ENDOCAL_DEBUG"):
+        code = command.main(args=list(args), prog_name="endocal", standalone_mode=False)
+    except typer.Abort:
+        return _fail("interrupted", INTERRUPTED)
+    except SystemExit as exit_:
+        # typer turns a broken pipe into a bare exit 1.
+        if isinstance(exit_.__context__, BrokenPipeError):
+            raise exit_.__context__ from None
+        raise
+    except Exception as error:
+        message: Callable[[], str] | None = getattr(error, "format_message", None)
+        if message is None:
             raise
-        print(f"endocal: {error}", file=sys.stderr)
-        sys.exit(2 if isinstance(error, UsageError) else 1)
-    except KeyboardInterrupt:
-        sys.exit(130)
+        return _report_usage(error, message())
+    return code if isinstance(code, int) else DONE
+
+
+def _report_usage(error: Any, message: str) -> int:
+    if type(error).__name__ == "NoArgsIsHelpError":
+        print(message, file=sys.stderr)
+        return WRONG_USAGE
+    context = getattr(error, "ctx", None)
+    path = context.command_path if context is not None else "endocal"
+    # One line, also where a list of choices came on several.
+    print(f"{path}: {' '.join(message.split())}", file=sys.stderr)
+    print(f"See '{path} --help'.", file=sys.stderr)
+    return WRONG_USAGE
+
+
+def _fail(message: str, code: int) -> int:
+    if _debugging():
+        traceback.print_exc()
+    line = " ".join(message.splitlines())
+    print(f"endocal: {line}", file=sys.stderr)
+    return code
+
+
+def _describe(error: OSError) -> str:
+    reason = error.strerror or str(error) or type(error).__name__
+    return f"{error.filename}: {reason}" if error.filename else reason
+
+
+def _debugging() -> bool:
+    return bool(os.environ.get("ENDOCAL_DEBUG"))
+
+
+def _terminate(number: int, frame: object) -> None:
+    sys.exit(128 + number)
+
+
+def _stdout_is_closed() -> bool:
+    """Say whether the reader of our standard output has gone (and not that of some other pipe)."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        return True
+    except (OSError, ValueError):
+        return False
+    try:
+        import select
+
+        poll = select.poll()
+        poll.register(sys.stdout.fileno(), 0)
+        return any(event & select.POLLERR for _, event in poll.poll(0))
+    except (AttributeError, OSError, ValueError):
+        return False
+
+
+def _end_quietly() -> int:
+    """End as a pipeline's member does whose reader wants no more; Python's own last flush must not fail."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return DONE

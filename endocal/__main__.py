@@ -1,0 +1,5 @@
+"""``python -m endocal`` is the command ``endocal``."""
+
+from .cli.app import main
+
+main()
