@@ -1,0 +1,109 @@
+"""One chooser for two engines: the frame remapper of the video pipeline and of still pictures."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ..errors import InputError, UsageError
+from ..model import DivisionModel
+from .geometry import OutputGeometry
+from .grid import plane_grids
+from .interpolation import TAPS
+from .layout import FrameLayout, PlaneLayout
+from .numpy_engine import NumpyEngine
+
+
+class Engine(Protocol):
+    """What an engine does: resample the planes of a frame through a model."""
+
+    device_name: str
+
+    def apply(
+        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    ) -> None:
+        """Write every plane of ``out`` from ``planes``; both were checked."""
+        ...
+
+
+class FrameRemapper:
+    """Resamples frames of one layout into one output geometry.
+
+    ``interpolation`` is nearest, bilinear, bicubic or lanczos. ``device`` is ``auto`` (the best OpenCL
+    device), ``numpy``, part of an OpenCL device's name, or its number as ``P:D``. Calls from several
+    threads take turns. Raises DeviceError where the device does not exist; it never takes another.
+    """
+
+    def __init__(
+        self,
+        layout: FrameLayout,
+        geometry: OutputGeometry,
+        interpolation: str = "bilinear",
+        device: str = "auto",
+    ) -> None:
+        if interpolation not in TAPS:
+            raise UsageError(
+                f"interpolation {interpolation!r} is unknown; it is one of {', '.join(TAPS)}"
+            )
+        if geometry.source_size != layout.size:
+            raise InputError(
+                f"a geometry for {geometry.source_size[0]}x{geometry.source_size[1]} does not fit frames"
+                f" of {layout.size[0]}x{layout.size[1]}"
+            )
+        self.layout = layout
+        self.output_layout = layout.resized(geometry.size)
+        self.geometry = geometry
+        self._engine = _engine(layout, geometry, interpolation, device)
+        self._lock = threading.Lock()
+
+    @property
+    def device_name(self) -> str:
+        """The name of the device that does the work."""
+        return self._engine.device_name
+
+    def apply(
+        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    ) -> None:
+        """Resample one frame through ``model`` and return when ``out`` is written.
+
+        ``planes`` and ``out`` hold one 2-D array (rows, columns * components) for each plane of ``layout``
+        and ``output_layout``, uint8 or uint16, with any number of bytes from row to row; they must not
+        overlap. What the model determines is worked out again only when it differs from the last one.
+        Raises InputError where a model or an array does not fit.
+        """
+        if model.size != self.layout.size:
+            raise InputError(
+                f"a model for {model.size[0]}x{model.size[1]} does not fit frames of"
+                f" {self.layout.size[0]}x{self.layout.size[1]}; rescale it"
+            )
+        _check("input", planes, self.layout.planes)
+        _check("output", out, self.output_layout.planes)
+        with self._lock:
+            self._engine.apply(model, planes, out)
+
+
+def _engine(
+    layout: FrameLayout, geometry: OutputGeometry, interpolation: str, device: str
+) -> Engine:
+    grids = plane_grids(layout, geometry)
+    if device == "numpy":
+        return NumpyEngine(grids, interpolation)
+    from .opencl_engine import OpenCLEngine
+
+    return OpenCLEngine(grids, interpolation, device)
+
+
+def _check(role: str, arrays: Sequence[np.ndarray], planes: Sequence[PlaneLayout]) -> None:
+    if len(arrays) != len(planes):
+        raise InputError(
+            f"{len(arrays)} {role} planes were given where the format has {len(planes)}"
+        )
+    for number, (array, plane) in enumerate(zip(arrays, planes, strict=True)):
+        if array.shape != plane.shape or array.dtype != plane.dtype:
+            raise InputError(
+                f"{role} plane {number} is {array.dtype} {array.shape}; the format asks for"
+                f" {plane.dtype} {plane.shape}"
+            )
