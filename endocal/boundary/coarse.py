@@ -1,0 +1,121 @@
+"""The first look: the black outside, the limit of the content, and a circle through it, on few samples."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .disc import Box
+from .fit import Circle, consensus_circle
+
+Luma = NDArray[np.uint8]
+
+# Lines of samples to aim at; a frame is thinned by nearest neighbour to about this height.
+_LINES = 135
+# A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
+# circle that just fits the frame is that straight, to one sample, over a third of them.
+_STRAIGHT = 0.45
+_CORNER = 5
+
+
+class Dark(NamedTuple):
+    """The outside: its level, its noise (one standard deviation), and the level that content exceeds."""
+
+    level: float
+    noise: float
+    threshold: float
+
+
+class Samples(NamedTuple):
+    """Every ``step``-th pixel of a frame, smoothed: sample [i, j] is at row i step, column j step."""
+
+    values: Luma
+    step: int
+    dark: Dark
+
+
+def thin(luma: Luma) -> Samples | None:
+    """Thin the frame out and find the black outside; None where no corner is dark and flat.
+
+    A circle that leaves anything outside it in the frame leaves a corner outside, since the corners'
+    convex hull is the frame.
+    """
+    step = max(1, round(min(luma.shape) / _LINES))
+    raw = np.ascontiguousarray(luma[::step, ::step])
+    if min(raw.shape) < 4 * _CORNER:
+        return None
+    values: Luma = cv2.blur(raw, (3, 3)).astype(np.uint8, copy=False)
+    k = _CORNER
+    corners = np.stack([raw[:k, :k], raw[:k, -k:], raw[-k:, :k], raw[-k:, -k:]])
+    corners = np.sort(corners.reshape(4, k * k), axis=1)
+    darkest = corners[corners[:, k * k // 2].argmin()]
+    level = float(darkest[k * k // 2])
+    # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
+    noise = max(float(darkest[int(k * k * 0.84)]) - level, 0.5)
+    return Samples(values, step, Dark(level, noise, level + 3 + 1.5 * noise))
+
+
+def first_circle(
+    samples: Samples, pixel_aspect: float, radii: tuple[float, float]
+) -> tuple[Circle, Box] | None:
+    """Fit a circle to where rows and columns first meet content, coming from outside.
+
+    ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
+    where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
+    """
+    values, step, dark = samples
+    h, w = values.shape
+    lit = values > dark.threshold
+    rows, columns = np.arange(0, h, 2), np.arange(0, w, 3)
+    across, down = lit[::2], np.ascontiguousarray(lit[:, ::3].T)
+    left, right = _outermost(across)
+    top, bottom = _outermost(down)
+    x0, keep_left = _side(left, w)
+    x1, keep_right = _side(right, w)
+    y0, keep_top = _side(top, h)
+    y1, keep_bottom = _side(bottom, h)
+    x = np.concatenate(
+        (left[keep_left], w - 1 - right[keep_right], columns[keep_top], columns[keep_bottom])
+    )
+    y = np.concatenate(
+        (rows[keep_left], rows[keep_right], top[keep_top], h - 1 - bottom[keep_bottom])
+    )
+    ax = np.float32(pixel_aspect * step)
+    circle = consensus_circle(
+        x.astype(np.float32) * ax, y.astype(np.float32) * np.float32(step), radii, 1.5 * step
+    )
+    if circle is None:
+        return None
+    half = 0.5 * step
+    box = Box(
+        x0 * float(ax) - half,
+        y0 * step - half,
+        (w - 1 - x1) * float(ax) + half,
+        (h - 1 - y1) * step + half,
+    )
+    return circle, box
+
+
+def _outermost(lit: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return per row how many samples come before the first lit one, from the left and from the right."""
+    return lit.argmax(axis=1), lit[:, ::-1].argmax(axis=1)
+
+
+def _side(first: NDArray[np.intp], length: int) -> tuple[int, NDArray[np.bool_]]:
+    """Tell rim points from a straight edge: where the edge is, and which lines' first samples to keep.
+
+    A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
+    """
+    keep = first > 1
+    met = first[keep]
+    if len(met) < 4:
+        return 0, keep
+    counts = np.bincount(met)
+    mode = int(counts.argmax())
+    if counts[max(mode - 1, 0) : mode + 2].sum() > _STRAIGHT * len(first):
+        keep &= np.abs(first - mode) > 1
+        return mode, keep
+    return 0, keep

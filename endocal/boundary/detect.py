@@ -1,0 +1,145 @@
+"""Find the visible circle of an endoscope picture (Lee et al. 2013, section IV-B, made robust).
+
+The article thresholds the frame, traces the outermost contour and fits a circle to it. Here the threshold
+comes from the frame's own black, the outermost points of some rows and columns stand for the contour, a
+consensus keeps instruments, logos and dark tissue out, and the rim itself is then measured at full size
+along radii. A circle counts only where the outside is dark: see ``_is_content_limit``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .circle import Boundary
+from .coarse import Luma, Samples, first_circle, thin
+from .disc import Box, disc_area, visible_fraction
+from .fade import look_faded
+from .fit import Circle
+from .rim import DIRECTIONS, Rim, look
+
+
+@dataclass(frozen=True)
+class BoundarySpec:
+    """What counts as a visible circle."""
+
+    min_diameter: float = 0.25  # of the frame's shorter side
+    max_diameter: float = 1.5  # of the frame's diagonal
+    min_visible: float = 0.10  # of the circumference, in the frame
+    min_support: float = 0.30  # of the visible circumference, where the rim is seen
+    min_agreement: float = 0.60  # of the edges that are met from outside, those on the circle
+    max_bright_outside: float = 0.12  # of the outside: logos and text
+
+
+def find_boundary(
+    image: NDArray[np.uint8] | NDArray[np.uint16],
+    pixel_aspect: float = 1.0,
+    spec: BoundarySpec = BoundarySpec(),
+    guess: Boundary | None = None,
+) -> Boundary | None:
+    """Find the circular limit of the content, or None where there is none.
+
+    ``image`` is (h, w) luma or (h, w, 3) BGR, uint8 or uint16; ``pixel_aspect`` is a pixel's width over its
+    height. ``guess`` is where the circle was a moment ago: it is looked at first, and saves time when the
+    circle is still near there.
+    """
+    luma = _luma(image)
+    samples = thin(luma)
+    if samples is None:
+        return None
+    h, w = luma.shape
+    size = (w * pixel_aspect, float(h))
+    radii = (spec.min_diameter * min(size) / 2, spec.max_diameter * math.hypot(*size) / 2)
+    search = _Search(luma, samples, pixel_aspect, spec, radii)
+    found = first_circle(samples, pixel_aspect, radii)
+    if found is None:
+        return None
+    circle, box = found
+    for measure in (search.narrow, search.wide, search.faded):
+        rim = measure(circle, box)
+        if rim is not None and search.is_content_limit(rim, box):
+            return _boundary(rim.circle, box, pixel_aspect)
+    return None
+
+
+@dataclass(frozen=True)
+class _Search:
+    """One frame's samples, and the ways to measure and to judge a circle on it."""
+
+    luma: Luma
+    samples: Samples
+    pixel_aspect: float
+    spec: BoundarySpec
+    radii: tuple[float, float]
+
+    def narrow(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure the rim of a circle that is known to about a coarse sample."""
+        half = max(6.0, 1.5 * self.samples.step, 0.02 * circle.radius)
+        return look(self.luma, circle, half, box, self.samples.dark, self.pixel_aspect)
+
+    def wide(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure a rim whose glow or unevenness led the coarse circle astray."""
+        half = max(3.0 * self.samples.step, 0.06 * circle.radius)
+        rim = look(self.luma, circle, half, box, self.samples.dark, self.pixel_aspect)
+        return None if rim is None else self.narrow(rim.circle, box)
+
+    def faded(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure a rim that the light fades out at, without a step."""
+        return look_faded(self.luma, circle, box, self.samples.dark, self.pixel_aspect)
+
+    def is_content_limit(self, rim: Rim, box: Box) -> bool:
+        """Tell the content's limit from a round thing in the picture.
+
+        The circle must be seen over enough of itself, few edges may contradict it, and everything
+        outside it, near and far, must be as dark as the darkest corner.
+        """
+        spec, circle = self.spec, rim.circle
+        if not self.radii[0] <= circle.radius <= self.radii[1]:
+            return False
+        if visible_fraction(circle, box) < spec.min_visible:
+            return False
+        return (
+            rim.on_circle >= max(spec.min_support * rim.visible, 0.06 * DIRECTIONS)
+            and rim.on_circle >= spec.min_agreement * rim.edges
+            and rim.dark >= (1 - spec.max_bright_outside) * rim.visible
+            and rim.scale <= max(1.5, 0.006 * circle.radius)
+            and self._is_dark_outside(circle, box)
+        )
+
+    def _is_dark_outside(self, circle: Circle, box: Box) -> bool:
+        values, step, dark = self.samples
+        x = np.arange(0, values.shape[1], 2, dtype=np.float32) * np.float32(
+            step * self.pixel_aspect
+        )
+        y = np.arange(0, values.shape[0], 2, dtype=np.float32) * np.float32(step)
+        x -= np.float32(circle.x)
+        y -= np.float32(circle.y)
+        beyond = (x * x + (y * y)[:, None]) > (1.02 * circle.radius + 2 * step) ** 2
+        outside = values[::2, ::2][beyond]
+        if not len(outside):
+            return True
+        bright = np.count_nonzero(outside > dark.threshold)
+        return bool(bright <= self.spec.max_bright_outside * len(outside))
+
+
+def _boundary(circle: Circle, box: Box, pixel_aspect: float) -> Boundary:
+    return Boundary(
+        (circle.x / pixel_aspect, circle.y),
+        2 * circle.radius,
+        disc_area(circle, box) / pixel_aspect,
+        visible_fraction(circle, box),
+    )
+
+
+def _luma(image: NDArray) -> NDArray[np.uint8]:
+    """Return 8-bit luma; a deeper picture is scaled by the depth that its brightest value needs."""
+    if image.ndim == 3:
+        image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    if image.dtype == np.uint8:
+        return image
+    depth = max(int(image.max()).bit_length(), 8)
+    return (image >> (depth - 8)).astype(np.uint8)

@@ -1,0 +1,74 @@
+"""A disc and a frame: how much of the one lies in the other."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+from .fit import Circle
+
+
+class Box(NamedTuple):
+    """A rectangle's outer edges, in square pixels: half a pixel beyond its outermost pixel centres."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+def visible_fraction(circle: Circle, box: Box) -> float:
+    """Return the fraction of the circle's circumference inside the box, 0 to 1."""
+    cuts = [0.0, 2 * math.pi]
+    for edge, at, vertical in (
+        (box.left, circle.x, True),
+        (box.right, circle.x, True),
+        (box.top, circle.y, False),
+        (box.bottom, circle.y, False),
+    ):
+        ratio = (edge - at) / circle.radius
+        if -1 < ratio < 1:
+            angle = math.acos(ratio) if vertical else math.asin(ratio)
+            cuts += [
+                angle % (2 * math.pi),
+                (-angle if vertical else math.pi - angle) % (2 * math.pi),
+            ]
+    cuts.sort()
+    inside = 0.0
+    for a, b in pairwise(cuts):
+        middle = (a + b) / 2
+        x = circle.x + circle.radius * math.cos(middle)
+        y = circle.y + circle.radius * math.sin(middle)
+        if box.left <= x <= box.right and box.top <= y <= box.bottom:
+            inside += b - a
+    return inside / (2 * math.pi)
+
+
+def disc_area(circle: Circle, box: Box) -> float:
+    """Return the area of the disc inside the box."""
+    left, right = box.left - circle.x, box.right - circle.x
+    top, bottom = box.top - circle.y, box.bottom - circle.y
+    r = circle.radius
+    return (
+        _quadrant(right, bottom, r)
+        - _quadrant(left, bottom, r)
+        - _quadrant(right, top, r)
+        + _quadrant(left, top, r)
+    )
+
+
+def _quadrant(x: float, y: float, r: float) -> float:
+    """Return the signed area of the disc about the origin within the rectangle from the origin to (x, y)."""
+    sign = math.copysign(1, x) * math.copysign(1, y)
+    x, y = min(abs(x), r), min(abs(y), r)
+    if x * x + y * y <= r * r:
+        return sign * x * y
+    # Below the height y up to where the circle falls under it, then under the circle up to x.
+    knee = math.sqrt(r * r - y * y)
+    return sign * (knee * y + _under_circle(x, r) - _under_circle(knee, r))
+
+
+def _under_circle(x: float, r: float) -> float:
+    """Return the integral of sqrt(r^2 - t^2) from 0 to x."""
+    return (x * math.sqrt(max(r * r - x * x, 0.0)) + r * r * math.asin(min(x / r, 1.0))) / 2

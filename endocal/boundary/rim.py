@@ -1,0 +1,129 @@
+"""The second look: the rim at full size along radii, to a fraction of a pixel."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .coarse import Dark, Luma
+from .disc import Box
+from .fit import Circle, fit_offsets
+
+Array = NDArray[np.float32]
+
+# Samples of a profile on each side of the expected rim, and in each of the two means that make an edge.
+_REACH = 12
+_MEAN = 3
+
+
+# Radii along which the rim is looked at, evenly spread over the circle.
+DIRECTIONS = 128
+
+
+class Rim(NamedTuple):
+    """What the profiles across a circle's rim showed. The counts are of radii."""
+
+    circle: Circle
+    scale: float  # px, robust standard deviation of the rim points about the circle
+    visible: int  # radii that stay in the frame
+    dark: int  # of which it is dark outside
+    edges: int  # of which, besides, there is a fall from content to dark
+    on_circle: int  # of which the fall lies on the circle
+
+
+@lru_cache(maxsize=1)
+def directions() -> tuple[Array, Array]:
+    """Return the cosines and sines of the radii."""
+    # Half a step off the axes, where the frame's own edges and interlacing would meet a radius head on.
+    angle = (np.arange(DIRECTIONS) + 0.5) * (2 * np.pi / DIRECTIONS)
+    return np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def _edge_operator() -> Array:
+    """The matrix that turns profiles into edges: mean before minus mean after each inner sample."""
+    k = 2 * _REACH + 1
+    inner = np.arange(_MEAN, k - _MEAN)
+    operator = np.zeros((k, len(inner)), np.float32)
+    for column, at in enumerate(inner):
+        operator[at - _MEAN : at, column] = 1 / _MEAN
+        operator[at + 1 : at + 1 + _MEAN, column] = -1 / _MEAN
+    return operator
+
+
+def profiles(luma: Luma, circle: Circle, offsets: Array, pixel_aspect: float) -> Array:
+    """Sample along every radius, at ``circle.radius + offsets`` px: float32 (DIRECTIONS, len(offsets))."""
+    cosine, sine = directions()
+    radius = offsets + np.float32(circle.radius)
+    map_x = cosine[:, None] * (radius / np.float32(pixel_aspect))
+    map_x += np.float32(circle.x / pixel_aspect)
+    map_y = sine[:, None] * radius
+    map_y += np.float32(circle.y)
+    sampled = cv2.remap(luma, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return sampled.astype(np.float32)
+
+
+def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:
+    """Say which radii stay in the box up to ``reach`` px beyond the circle: bool (DIRECTIONS,)."""
+    cosine, sine = directions()
+    outer = np.float32(circle.radius + reach)
+    x, y = cosine * outer, sine * outer
+    return (
+        (x > box.left - circle.x)
+        & (x < box.right - circle.x)
+        & (y > box.top - circle.y)
+        & (y < box.bottom - circle.y)
+    )
+
+
+def look(
+    luma: Luma, circle: Circle, half: float, box: Box, dark: Dark, pixel_aspect: float
+) -> Rim | None:
+    """Fit the circle to the steepest fall from content to dark within ``half`` px of it.
+
+    None when too few directions show such a fall.
+    """
+    spacing = half / _REACH
+    offsets = np.arange(-_REACH, _REACH + 1, dtype=np.float32) * np.float32(spacing)
+    seen = np.flatnonzero(inside_box(circle, half, box))
+    if len(seen) < 6:
+        return None
+    profile = profiles(luma, circle, offsets, pixel_aspect)[seen]
+    edges = profile @ _edge_operator()
+    at = edges.argmax(axis=1)
+    rows = np.arange(len(seen))
+    peak = edges[rows, at]
+    # Half a threshold of fall is enough: the edge is then told from noise by where it lies.
+    outside = profile[:, -_MEAN:].mean(axis=1)
+    is_dark = outside < dark.threshold + dark.noise
+    is_lit = peak > dark.threshold - dark.level
+    usable = np.flatnonzero(is_dark & is_lit)
+    if len(usable) < 6:
+        return None
+    last = edges.shape[1] - 1
+    k = np.clip(at[usable], 1, last - 1)
+    before, middle, after = edges[usable, k - 1], edges[usable, k], edges[usable, k + 1]
+    bend = before - 2 * middle + after
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fraction = np.where(bend < 0, 0.5 * (before - after) / bend, 0)
+    offset = (k + (_MEAN - _REACH) + np.clip(fraction, -1, 1)).astype(np.float32)
+    offset *= np.float32(spacing)
+    cosine, sine = directions()
+    chosen = seen[usable]
+    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, floor=0.25 * spacing)
+    if fitted is None:
+        return None
+    shift, weight, scale = fitted
+    moved = Circle(circle.x + shift.x, circle.y + shift.y, circle.radius + shift.radius)
+    return Rim(
+        moved,
+        scale,
+        len(seen),
+        int(np.count_nonzero(is_dark)),
+        len(usable),
+        int(np.count_nonzero(weight > 0.3)),
+    )
