@@ -16,7 +16,9 @@ from ..model import DivisionModel, Points
 from .camera import Camera, ContentCircle, Light, Picture, to_grey_levels
 from .objects import Highlight, Instrument
 from .pattern import BACKGROUND, Pattern, Pose
-from .sampling import Floats, pixel_averages
+from .sampling import Coordinates, pixel_averages
+
+Homography = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def true_lines(scene: BoardScene, samples: int = 200) -> list[Points]:
     return found
 
 
-def project(scene: BoardScene, plane: Floats) -> Points:
+def project(scene: BoardScene, plane: Points) -> Points:
     """Map plane coordinates (..., 2), in squares, to distorted px; NaN where they are behind the camera."""
     model = scene.model
     image = np.concatenate([plane, np.ones_like(plane[..., :1])], -1) @ homography(scene).T
@@ -119,7 +121,7 @@ def visible(scene: BoardScene, points: Points) -> NDArray[np.bool_]:
     return seen
 
 
-def homography(scene: BoardScene, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
+def homography(scene: BoardScene, shift: tuple[float, float] = (0.0, 0.0)) -> Homography:
     """Return (3, 3) from plane coordinates to undistorted offsets from the centre, moved by ``shift`` px."""
     model = scene.model
     middle = (model.undistort(scene.pose.center) - model.center) * (model.pixel_aspect, 1.0)
@@ -137,7 +139,7 @@ def _light(scene: BoardScene, texture: Light | None, shift: tuple[float, float])
         first.append(len(values) - 1)
         values += item.radiances
 
-    def labels(x: Floats, y: Floats) -> NDArray[np.int32]:
+    def labels(x: Coordinates, y: Coordinates) -> NDArray[np.int32]:
         ux, uy = _offsets(model, x, y)
         label = pattern.labels(*_onto_plane(back, ux, uy))
         for start, item in zip(first, scene.instruments, strict=True):
@@ -159,26 +161,34 @@ def _light(scene: BoardScene, texture: Light | None, shift: tuple[float, float])
     return light
 
 
-def _offsets(model: DivisionModel, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Undistorted offsets from the centre, in square px; NaN beyond the valid radius."""
+def _offsets(
+    model: DivisionModel, x: Coordinates, y: Coordinates
+) -> tuple[Coordinates, Coordinates]:
+    """Undistorted offsets from the centre, in square px; NaN beyond the valid radius.
+
+    What ``DivisionModel.undistort`` does, on separate coordinates and in the precision that they have.
+    """
     dx, dy = (x - model.center[0]) * model.pixel_aspect, y - model.center[1]
     q = dx * dx + dy * dy
-    q = np.where(q < model.valid_radius**2, q, np.nan)
-    scale = 1 / (1 + q * (model.lam + q * model.lam2))
+    with np.errstate(divide="ignore"):
+        scale = 1 / (1 + q * (model.lam + q * model.lam2))
+    scale[q >= model.valid_radius**2] = np.nan
     return dx * scale, dy * scale
 
 
-def _onto_plane(back: Floats, ux: Floats, uy: Floats) -> tuple[Floats, Floats]:
+def _onto_plane(
+    back: Homography, ux: Coordinates, uy: Coordinates
+) -> tuple[Coordinates, Coordinates]:
     """Plane coordinates of undistorted offsets through the inverse homography; NaN beyond the horizon."""
-    depth = back[2, 0] * ux + back[2, 1] * uy + back[2, 2]
+    (a, b, c), (d, e, f), (g, h, i) = back.tolist()
+    depth = g * ux + h * uy + i
     with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = np.where(depth > 0, 1 / depth, np.nan)
-    x = (back[0, 0] * ux + back[0, 1] * uy + back[0, 2]) * inverse
-    y = (back[1, 0] * ux + back[1, 1] * uy + back[1, 2]) * inverse
-    return x, y
+        inverse = 1 / depth
+        inverse[~(depth > 0)] = np.nan
+    return (a * ux + b * uy + c) * inverse, (d * ux + e * uy + f) * inverse
 
 
-def _inverse(homography: Floats) -> Floats:
+def _inverse(homography: Homography) -> Homography:
     return np.asarray(np.linalg.inv(homography), np.float64)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .sampling import Coordinates
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,9 @@ class Instrument:
         """The radiances of the labels 1, 2 and 3 of ``parts``: one side, the stripe, the other side."""
         return (self.radiance, self.shine, self.radiance * 0.6)
 
-    def parts(
-        self, x: NDArray[np.float64], y: NDArray[np.float64], model: DivisionModel
-    ) -> NDArray[np.int32]:
+    def parts(self, x: Coordinates, y: Coordinates, model: DivisionModel) -> NDArray[np.int32]:
         """Label undistorted offsets (x, y) from the distortion centre, in square px: 0 is beside it."""
-        tip = (model.undistort(self.tip) - model.center) * (model.pixel_aspect, 1.0)
+        tip = ((model.undistort(self.tip) - model.center) * (model.pixel_aspect, 1.0)).tolist()
         c, s = math.cos(math.radians(self.angle)), math.sin(math.radians(self.angle))
         with np.errstate(invalid="ignore"):
             along = (x - tip[0]) * c + (y - tip[1]) * s

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import UsageError
+from .sampling import Coordinates
 
 KINDS = ("chessboard", "lines")
 
@@ -47,17 +48,20 @@ class Pattern:
         squares = np.where(dark, self.dark, self.light).ravel()
         return np.array([self.background, self.light, *squares], np.float32)
 
-    def labels(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.int32]:
+    def labels(self, x: Coordinates, y: Coordinates) -> NDArray[np.int32]:
         """Which surface lies at plane coordinates (x, y), in squares; NaN counts as background."""
-        u, v = x + self.cols / 2, y + self.rows / 2
-        m = self.margin
+        across, along = self.cols / 2, self.rows / 2
         with np.errstate(invalid="ignore"):
-            on_sheet = (u >= -m) & (u < self.cols + m) & (v >= -m) & (v < self.rows + m)
-            on_pattern = (u >= 0) & (u < self.cols) & (v >= 0) & (v < self.rows)
-            # Far and undefined places are clipped into the integers' range; the masks drop them.
-            i = np.clip(np.nan_to_num(u), 0, self.cols - 1).astype(np.int32)
-            j = np.clip(np.nan_to_num(v), 0, self.rows - 1).astype(np.int32)
-        return np.where(on_pattern, SQUARES + i + self.cols * j, on_sheet.astype(np.int32))
+            ax, ay = np.abs(x), np.abs(y)
+            on_sheet = (ax < across + self.margin) & (ay < along + self.margin)
+            on_pattern = (ax < across) & (ay < along)
+            # Truncation is floor here: what is negative or undefined does not lie on the pattern.
+            column, row = (x + across).astype(np.int32), (y + along).astype(np.int32)
+        # x + across may round up to the pattern's far side.
+        np.minimum(column, self.cols - 1, out=column)
+        np.minimum(row, self.rows - 1, out=row)
+        square = row * np.int32(self.cols) + column + np.int32(SQUARES)
+        return np.where(on_pattern, square, on_sheet)
 
     def inner_corners(self) -> NDArray[np.float64]:
         """Plane coordinates of the inner corners, (rows - 1, cols - 1, 2), in squares."""

@@ -10,7 +10,8 @@ The distribution, by ``random_board(seed)``:
 - The distortion centre is uniform in a region of 0.1 width x 0.1 height around the frame's centre.
 - Tilt uniform in 0 to 45 degrees, about any axis; any rotation; 8 to 20 inner lines each way; one scene in
   five shows parallel bars only.
-- The pattern covers 35 to 90 % of the content, or (one in four) runs out of it on one side or on all.
+- The pattern covers 30 to 75 % of the content, where it may lose a corner or two; in one scene of four it
+  runs out of the content on one side or on all.
   Scenes whose typical visible square is too small for the blur (see ``_legible``) are drawn again: nobody
   would keep such a picture.
 - Noise sigma uniform in 0 to 10 grey levels, blur sigma uniform in 0 to 2 px, JPEG quality 70 to 100.
@@ -140,7 +141,7 @@ def _place(
         # Where a lens maps angles to radii evenly, lam * focal^2 is close to -1/3.
         focal=math.sqrt(rng.uniform(0.2, 0.6) / -scene.model.lam),
     )
-    share = rng.uniform(0.35, 0.9)
+    share = rng.uniform(0.3, 0.75)
     pattern = replace(scene.pattern, cols=int(lines[0]) + 1, rows=int(lines[1]) + 1)
     scene = replace(scene, pattern=pattern, pose=pose)
     square = _square_for_share(scene, share)
