@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from importlib import resources
 
 import pyopencl as cl
@@ -12,7 +12,10 @@ import pyopencl as cl
 from ..errors import DeviceError
 from .pocl_processor import name_unknown_processor
 
-_INSTALL = "install an OpenCL driver (pip install 'pyopencl[pocl]' brings one for the CPU) or pass --device numpy"
+_INSTALL = (
+    "install an OpenCL driver (pip install 'pyopencl[pocl]' brings one for the CPU)"
+    " or pass --device numpy"
+)
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ class DeviceSession:
             return self._programs[files, options]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernel_source(file: str) -> str:
     return resources.files("endocal.kernels").joinpath(file).read_text(encoding="utf-8")
 
