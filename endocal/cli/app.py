@@ -20,7 +20,7 @@ from ..errors import EndocalError, UsageError
 # ``command`` or a typer app ``group``, and, if it likes, command lines in ``EXAMPLES`` for its help.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": (),
-    "Correct": (),
+    "Correct": ("correct",),
     "Look and convert": ("show",),
     "Check and measure": (),
 }

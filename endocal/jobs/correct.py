@@ -1,0 +1,127 @@
+"""Correct a video or a picture: the job behind ``endocal correct``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ..errors import UsageError
+from ..files import load
+from ..files.picture_header import SIGNATURE_BYTES, known_kind
+from ..video.encoder import EncoderChoice
+from .pipe import PipeInput
+
+DEINTERLACE = ("auto", "off", "frame", "field")
+PIPE = "-"
+
+# Bare motion JPEG begins like a picture.
+_MOTION_JPEG = (".mjpeg", ".mjpg")
+
+
+@dataclass(frozen=True)
+class CorrectionSpec:
+    """All that a correction can be told.
+
+    ``input`` and ``output`` are paths, or ``-`` for standard input and output; ``calibration`` is the path
+    of a calibration or a zoom table. ``size`` is the output's (width, height) in px and ``scale`` its
+    magnification; ``container_format`` the output's container by FFmpeg's name, needed only for a pipe.
+    ``zoom_log`` is written, and ``zoom_from`` read instead of measuring the zoom (CSV or JSON lines).
+    ``allow_protocols`` names the protocols that an input may open besides its own file.
+    """
+
+    input: str
+    output: str
+    calibration: str
+    view: str = "same"
+    size: tuple[int, int] | None = None
+    scale: float | None = None
+    interpolation: str = "bilinear"
+    device: str = "auto"
+    keep_sar: bool = False
+    side_by_side: bool = False
+    deinterlace: str = "auto"
+    encoder: EncoderChoice = field(default_factory=EncoderChoice)
+    container_format: str | None = None
+    zoom_log: str | None = None
+    zoom_from: str | None = None
+    overwrite: bool = False
+    strict: bool = False
+    strip_metadata: bool = False
+    allow_protocols: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.deinterlace not in DEINTERLACE:
+            raise UsageError(
+                f"--deinterlace {self.deinterlace}: it is one of {', '.join(DEINTERLACE)}"
+            )
+        if self.size is not None and self.scale is not None:
+            raise UsageError("--size and --scale exclude each other")
+        if self.input == PIPE and self.calibration == PIPE:
+            raise UsageError("the input and the calibration cannot both come from stdin")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a correction has come: frames written, frames expected (None: unknown), and seconds so far."""
+
+    frames: int
+    total: int | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class CorrectionReport:
+    """What a correction did.
+
+    ``seconds`` is wall-clock time with start-up; ``size_in`` and ``size_out`` are (width, height) in px;
+    ``notes`` say what was decided or left out, ``warnings`` what was wrong with the input. ``damaged``
+    counts packets that could not be decoded and ``corrupt`` frames decoded with errors. ``zoom`` counts the
+    frames by where their zoom came from (rim, tracked, held, given); empty for a fixed calibration.
+    """
+
+    input: str
+    output: str
+    frames: int
+    seconds: float
+    size_in: tuple[int, int]
+    size_out: tuple[int, int]
+    device: str
+    codec: str | None = None
+    duration: float | None = None
+    damaged: int = 0
+    corrupt: int = 0
+    zoom: dict[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def correct(
+    spec: CorrectionSpec, progress: Callable[[Progress], None] | None = None
+) -> CorrectionReport:
+    """Correct the input with its calibration or zoom table and write the output, complete or not at all.
+
+    ``progress`` is called in this thread, about ten times a second. Raises EndocalError with what, where and
+    what to do; with ``strict``, for damage too that is otherwise only a warning.
+    """
+    lens = load(spec.calibration)
+    source = PipeInput() if spec.input == PIPE else spec.input
+    if _holds_picture(source):
+        from .correct_picture import correct_picture
+
+        return correct_picture(spec, lens, source)
+    from .correct_video import correct_video
+
+    return correct_video(spec, lens, source, progress)
+
+
+def _holds_picture(source: str | PipeInput) -> bool:
+    """Tell a still picture from a video by its first bytes; a missing file is left for others to report."""
+    if isinstance(source, PipeInput):
+        return known_kind(source.peek(SIGNATURE_BYTES))
+    if source.lower().endswith(_MOTION_JPEG):
+        return False
+    try:
+        with open(source, "rb") as file:
+            return known_kind(file.read(SIGNATURE_BYTES))
+    except (OSError, ValueError):
+        return False

@@ -1,0 +1,102 @@
+"""Correct a still picture: the same command as for a video."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ..errors import OutputError, UsageError
+from ..files import decode_image, encode_image, read_image, write_image
+from ..files.images import PICTURE_SUFFIXES, Picture
+from ..files.names import shown
+from ..remap.remapper import Remapper
+from .correct import PIPE, CorrectionReport, CorrectionSpec
+from .lens import Lens, model_source, rescaled_note
+from .pipe import PipeInput
+
+# A picture on a pipe has no suffix to name its kind.
+_PIPE_SUFFIX = ".png"
+
+
+def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -> CorrectionReport:
+    """Correct a picture; see ``correct``. With a zoom table its visible circle tells the zoom."""
+    began = time.monotonic()
+    _check(spec)
+    name = shown(spec.input)
+    image = read_image(source) if isinstance(source, str) else decode_image(source.read(), name)
+    size = (image.shape[1], image.shape[0])
+    note = rescaled_note(lens, size, shown(spec.calibration))
+    models = model_source(lens, size)
+    luma = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    model = models.model(luma, None)
+    remapper = Remapper(
+        model,
+        device=spec.device,
+        view=spec.view,
+        interpolation=spec.interpolation,
+        size=spec.size,
+        scale=spec.scale,
+        boundary=models.boundaries[0] if len(models.boundaries) == 1 else None,
+    )
+    corrected: Picture = remapper.apply(image)
+    if spec.side_by_side:
+        corrected = _beside(image, corrected)
+    _write(spec, corrected)
+    return CorrectionReport(
+        input=name,
+        output=shown(spec.output),
+        frames=1,
+        seconds=time.monotonic() - began,
+        size_in=size,
+        size_out=(corrected.shape[1], corrected.shape[0]),
+        device=spec.device,
+        zoom=dict(models.sources),
+        notes=(note,) if note else (),
+    )
+
+
+def _check(spec: CorrectionSpec) -> None:
+    encoder = spec.encoder
+    for option, given in (
+        ("--codec", encoder.codec),
+        ("--crf", encoder.crf),
+        ("--preset", encoder.preset),
+        ("--pix-fmt", encoder.pix_fmt),
+        ("--codec-option", encoder.options),
+        ("--format", spec.container_format),
+        ("--zoom-log", spec.zoom_log),
+        ("--zoom-from", spec.zoom_from),
+    ):
+        if given:
+            raise UsageError(f"{option} is for videos; {shown(spec.input)} is a picture")
+    if spec.output != PIPE and Path(spec.output).suffix.lower() not in PICTURE_SUFFIXES:
+        raise UsageError(
+            f"{shown(spec.output)}: a picture is written as {', '.join(PICTURE_SUFFIXES)}"
+        )
+
+
+def _beside(left: Picture, right: Picture) -> Picture:
+    """Put two pictures side by side, the lower one with black below it."""
+    height = max(left.shape[0], right.shape[0])
+    padded = [
+        np.pad(p, ((0, height - p.shape[0]), *((0, 0),) * (p.ndim - 1))) for p in (left, right)
+    ]
+    return np.hstack(padded)
+
+
+def _write(spec: CorrectionSpec, image: Picture) -> None:
+    if spec.output == PIPE:
+        sys.stdout.buffer.write(encode_image(image, _PIPE_SUFFIX))
+        sys.stdout.buffer.flush()
+        return
+    for path in (spec.input, spec.calibration):
+        if path != PIPE and os.path.exists(spec.output) and os.path.samefile(path, spec.output):
+            raise OutputError(
+                f"{shown(spec.output)}: is also an input: give the output another name"
+            )
+    write_image(spec.output, image, overwrite=spec.overwrite)

@@ -1,0 +1,170 @@
+"""Which encoder, pixel format and options come closest to the source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import av
+
+from ..errors import OutputError, UsageError
+from .stream import HdrMetadata, StreamInfo
+
+# The encoder of the source's own family, where it is worth having.
+_FAMILY = {
+    "h264": "libx264",
+    "hevc": "libx265",
+    "vp9": "libvpx-vp9",
+    "av1": "libsvtav1",
+    "ffv1": "ffv1",
+    "prores": "prores_ks",
+    "mjpeg": "mjpeg",
+    "rawvideo": "rawvideo",
+}
+# Tried in this order where the family's encoder has no such pixel format or the container refuses it.
+_FALLBACKS = ("libx264", "libx265", "libx264rgb", "libvpx-vp9", "libsvtav1", "ffv1")
+
+# Visually lossless by default. What each encoder calls its constant quality, and its value for that.
+_QUALITY: dict[str, tuple[str, float]] = {
+    "libx264": ("crf", 17.0),
+    "libx264rgb": ("crf", 17.0),
+    "libx265": ("crf", 19.0),
+    "libvpx-vp9": ("crf", 20.0),
+    "libsvtav1": ("crf", 20.0),
+}
+# Quick enough to keep up with surgery video, and slim: deep lookahead holds tens of frames.
+_PRESET = {"libx264": "veryfast", "libx264rgb": "veryfast", "libx265": "veryfast", "libsvtav1": "8"}
+# Pixel formats that differ from another in name only, the range being told apart from them.
+_PLAIN = {
+    "yuvj420p": "yuv420p",
+    "yuvj422p": "yuv422p",
+    "yuvj444p": "yuv444p",
+    "yuvj440p": "yuv440p",
+}
+# Lossless repackings that the encoder makes of a frame on its way in.
+_REPACK = {"libx264rgb": {"gbrp": "rgb24"}, "libx265": {"rgb24": "gbrp", "bgr24": "gbrp"}}
+
+
+@dataclass(frozen=True)
+class EncoderChoice:
+    """What the user asks of the encoder; None leaves it to the source.
+
+    ``crf`` is in the encoder's own scale; ``options`` go to the encoder as they are.
+    """
+
+    codec: str | None = None
+    crf: float | None = None
+    preset: str | None = None
+    pix_fmt: str | None = None
+    options: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class EncoderSettings:
+    """An encoder by name, the pixel format that it is fed, and its options."""
+
+    codec: str
+    pix_fmt: str
+    options: dict[str, str]
+
+
+def settle(choice: EncoderChoice, info: StreamInfo, supported: set[str]) -> EncoderSettings:
+    """Decide on the encoder for ``info`` in a container that supports the codecs named in ``supported``.
+
+    Raises OutputError where the chosen encoder, or none, suits the container or the pixel format.
+    """
+    source_format = choice.pix_fmt or info.pix_fmt
+    if choice.codec is not None:
+        codec = _encoder(choice.codec)
+        pix_fmt = _pixel_format(codec, source_format)
+        if codec.canonical_name not in supported and codec.name not in supported:
+            raise OutputError(f"the output's container does not take {codec.canonical_name} video")
+        if pix_fmt is None:
+            raise OutputError(
+                f"{choice.codec} does not take {source_format}; choose one of its formats with"
+                f" --pix-fmt: {', '.join(_format_names(codec)[:12])}"
+            )
+    else:
+        codec, pix_fmt = _closest(info.codec, source_format, supported)
+    return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr))
+
+
+def _encoder(name: str) -> av.Codec:
+    try:
+        return av.Codec(name, "w")
+    except (av.codec.codec.UnknownCodecError, RuntimeError) as error:
+        raise UsageError(f"--codec {name}: no such encoder") from error
+
+
+def _closest(codec_name: str, pix_fmt: str, supported: set[str]) -> tuple[av.Codec, str]:
+    first = _FAMILY.get(codec_name, "libx264")
+    for name in (first, *(n for n in _FALLBACKS if n != first)):
+        try:
+            codec = av.Codec(name, "w")
+        except av.codec.codec.UnknownCodecError:
+            continue
+        suited = _pixel_format(codec, pix_fmt)
+        if suited is not None and codec.canonical_name in supported:
+            return codec, suited
+    raise OutputError(
+        f"no encoder suits {pix_fmt} video in this container; choose --pix-fmt or --codec"
+    )
+
+
+def _format_names(codec: av.Codec) -> list[str]:
+    return [f.name for f in codec.video_formats or ()]
+
+
+def _pixel_format(codec: av.Codec, pix_fmt: str) -> str | None:
+    """Return the format to feed the encoder so that it gets ``pix_fmt`` without loss, or None."""
+    names = _format_names(codec)
+    if not names:
+        return pix_fmt
+    for name in (_PLAIN.get(pix_fmt, pix_fmt), pix_fmt, _REPACK.get(codec.name, {}).get(pix_fmt)):
+        if name in names:
+            return name
+    return None
+
+
+def _options(codec: str, choice: EncoderChoice, hdr: HdrMetadata) -> dict[str, str]:
+    options: dict[str, str] = {}
+    quality, value = _QUALITY.get(codec, (None, 0.0))
+    if choice.crf is not None:
+        if quality is None:
+            raise UsageError(f"--crf: {codec} has no constant quality")
+        value = choice.crf
+    if quality is not None:
+        options[quality] = f"{value:g}"
+    if codec == "libvpx-vp9":
+        # Constant quality needs the rate bound switched off; rows in threads keep it bearable.
+        options |= {"b": "0", "row-mt": "1", "cpu-used": "4"}
+    if codec == "mjpeg":
+        options |= {"qmin": "1", "q": "2"}
+    if codec == "ffv1":
+        options |= {"level": "3", "slicecrc": "1", "g": "1"}
+    if choice.preset is not None:
+        options["preset"] = choice.preset
+    elif codec in _PRESET:
+        options["preset"] = _PRESET[codec]
+    if codec in ("libx264", "libx265"):
+        options |= _static_metadata(codec, hdr)
+    if codec == "libx265":
+        # Its own chatter goes to the terminal past every log setting of the library.
+        options["x265-params"] = ":".join(
+            filter(None, (options.get("x265-params"), "log-level=none"))
+        )
+    for key, text in choice.options.items():
+        if key.endswith("-params") and key in options:
+            options[key] += ":" + text
+        else:
+            options[key] = text
+    return options
+
+
+def _static_metadata(codec: str, hdr: HdrMetadata) -> dict[str, str]:
+    parts = []
+    if hdr.mastering:
+        name = "mastering-display" if codec == "libx264" else "master-display"
+        parts.append(f"{name}={hdr.mastering}")
+    if hdr.light_level:
+        parts.append(f"{'cll' if codec == 'libx264' else 'max-cll'}={hdr.light_level}")
+    return {codec.removeprefix("lib") + "-params": ":".join(parts)} if parts else {}

@@ -1,0 +1,177 @@
+"""What a video stream is: all that must come out of a correction as it went in."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+from fractions import Fraction
+
+import av
+import av.container
+import av.logging
+from av.sidedata.sidedata import Type as SideDataType
+
+CHROMA_LOCATIONS = ("left", "center", "topleft", "top", "bottomleft", "bottom")
+
+# Chromaticities are in 1/50000 and luminances in 1/10000 cd/m^2 in the encoders' notation.
+_CHROMATICITY_UNIT = 50000
+_LUMINANCE_UNIT = 10000
+
+
+@dataclass(frozen=True)
+class Colour:
+    """The colour description, as the numbers of ITU-T H.273 (2: unspecified).
+
+    ``full_range`` is None where the stream does not say; ``chroma_location`` is one of CHROMA_LOCATIONS, or
+    None where it does not say.
+    """
+
+    full_range: bool | None
+    matrix: int
+    primaries: int
+    transfer: int
+    chroma_location: str | None
+
+
+@dataclass(frozen=True)
+class HdrMetadata:
+    """Mastering display and content light level, in the encoders' text form; None where absent."""
+
+    mastering: str | None = None
+    light_level: str | None = None
+
+
+@dataclass(frozen=True)
+class StreamInfo:
+    """One video stream, as its first decoded frame and its container describe it.
+
+    ``size`` is (width, height) in samples; ``sample_aspect`` a pixel's width over its height; ``rate`` in
+    frames per second; ``start`` and ``duration`` in seconds, and ``frames`` the number of frames that the
+    container declares: None where it does not say. ``display_matrix`` is the container's 3x3 matrix in row
+    order (16.16 and 2.30 fixed point), or None.
+    """
+
+    index: int
+    codec: str
+    container: str
+    size: tuple[int, int]
+    pix_fmt: str
+    bits: int
+    sample_aspect: Fraction
+    rate: Fraction
+    time_base: Fraction
+    start: float | None
+    duration: float | None
+    frames: int | None
+    colour: Colour
+    hdr: HdrMetadata
+    display_matrix: tuple[int, ...] | None
+    interlaced: bool
+
+    @property
+    def full_range(self) -> bool:
+        """Whether the samples use the full range; RGB and the yuvj formats always do."""
+        if self.pix_fmt.startswith(("yuvj", "rgb", "bgr", "gbr", "argb", "abgr")):
+            return True
+        return bool(self.colour.full_range)
+
+
+def describe(
+    container: av.container.InputContainer, stream: av.VideoStream, frame: av.VideoFrame
+) -> StreamInfo:
+    """Collect what the container and the first decoded frame say about a video stream."""
+    aspect = stream.sample_aspect_ratio or stream.codec_context.sample_aspect_ratio
+    time_base = frame.time_base or stream.time_base or Fraction(1, av.time_base)
+    duration = float(stream.duration * time_base) if stream.duration else None
+    if duration is None and container.duration:
+        duration = container.duration / av.time_base
+    return StreamInfo(
+        index=stream.index,
+        codec=stream.codec_context.codec.canonical_name,
+        container=container.format.name,
+        size=(frame.width, frame.height),
+        pix_fmt=frame.format.name,
+        bits=max(c.bits for c in frame.format.components),
+        sample_aspect=aspect if aspect else Fraction(1),
+        rate=stream.average_rate or stream.guessed_rate or stream.base_rate or Fraction(25),
+        time_base=time_base,
+        start=frame.time,
+        duration=duration,
+        frames=stream.frames or None,
+        colour=Colour(
+            full_range={1: False, 2: True}.get(int(frame.color_range)),
+            matrix=int(frame.colorspace),
+            primaries=int(frame.color_primaries),
+            transfer=int(frame.color_trc),
+            chroma_location=_chroma_location(container, stream.index),
+        ),
+        hdr=_hdr(frame),
+        display_matrix=_display_matrix(frame),
+        interlaced=bool(frame.interlaced_frame),
+    )
+
+
+def _chroma_location(container: av.container.InputContainer, index: int) -> str | None:
+    """Read the chroma location from the library's own description of the stream, its only way out."""
+    level = av.logging.get_level()
+    av.logging.set_level(av.logging.INFO)
+    # The description names the chroma location from this level on.
+    av.logging.set_libav_level(av.logging.VERBOSE)
+    try:
+        text: str = container.dumps_format()  # type: ignore[attr-defined]
+    finally:
+        av.logging.set_libav_level(av.logging.INFO)
+        av.logging.set_level(level)
+    match = re.search(rf"Stream #0:{index}\b.*?: Video: .*", text)
+    if match is None:
+        return None
+    # The words inside the brackets that follow the pixel format.
+    for words in re.findall(r"\(([^()]*)\)", match.group()):
+        for word in words.split(", "):
+            if word in CHROMA_LOCATIONS:
+                return word
+    return None
+
+
+def _side_data(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
+    try:
+        return bytes(frame.side_data[kind])  # type: ignore[literal-required]
+    except KeyError:
+        return None
+
+
+def _display_matrix(frame: av.VideoFrame) -> tuple[int, ...] | None:
+    data = _side_data(frame, SideDataType.DISPLAYMATRIX)
+    return struct.unpack("=9i", data[:36]) if data else None
+
+
+def _hdr(frame: av.VideoFrame) -> HdrMetadata:
+    return HdrMetadata(_mastering(frame), _light_level(frame))
+
+
+def _mastering(frame: av.VideoFrame) -> str | None:
+    """SMPTE ST 2086 data as ``G(x,y)B(x,y)R(x,y)WP(x,y)L(max,min)``."""
+    data = _side_data(frame, SideDataType.MASTERING_DISPLAY_METADATA)
+    if data is None:
+        return None
+    # AVMasteringDisplayMetadata: ten rationals (R, G, B and white x, y; min, max luminance), two flags.
+    numbers = struct.unpack("=22i", data[:88])
+    values = [
+        Fraction(numbers[i], numbers[i + 1]) if numbers[i + 1] else Fraction(0)
+        for i in range(0, 20, 2)
+    ]
+    has_primaries, has_luminance = numbers[20], numbers[21]
+    if not (has_primaries and has_luminance):
+        return None
+    r, g, b, white = (
+        tuple(round(v * _CHROMATICITY_UNIT) for v in values[i : i + 2]) for i in (0, 2, 4, 6)
+    )
+    low, high = (round(v * _LUMINANCE_UNIT) for v in values[8:10])
+    return "G({},{})B({},{})R({},{})WP({},{})L({},{})".format(*g, *b, *r, *white, high, low)
+
+
+def _light_level(frame: av.VideoFrame) -> str | None:
+    """CTA-861.3 maximum content and frame-average light level, cd/m^2, as ``content,average``."""
+    data = _side_data(frame, SideDataType.CONTENT_LIGHT_LEVEL)
+    return "{},{}".format(*struct.unpack("=2I", data[:8])) if data else None

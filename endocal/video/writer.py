@@ -1,0 +1,264 @@
+"""Writing a video beside the streams, chapters and metadata that it came with."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from types import TracebackType
+from typing import BinaryIO, Self
+
+import av
+import av.container
+import av.stream
+
+from ..errors import OutputError, UsageError
+from .access import reason
+from .encoder import EncoderChoice, settle
+from .frames import FramePool
+from .reader import Item, VideoReader
+from .tags import container_tags, stream_tags
+
+_MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
+
+
+@dataclass(frozen=True)
+class OutputPicture:
+    """What the frames to be written look like: (width, height), pixel format and pixel aspect ratio."""
+
+    size: tuple[int, int]
+    pix_fmt: str
+    sample_aspect: Fraction
+
+
+class VideoWriter:
+    """Encodes frames and copies packets into one file or pipe.
+
+    The frames have the source's time stamps and colour; ``frame()`` hands out frames to fill and ``write``
+    takes them, and the other streams' packets, in the order in which the reader gave them. ``name`` is what
+    messages call the output; ``notes`` says in plain words what could not be kept, and ``frames`` counts.
+    Raises OutputError where the container or the encoder refuses.
+    """
+
+    def __init__(
+        self,
+        target: str | BinaryIO,
+        like: VideoReader,
+        picture: OutputPicture,
+        choice: EncoderChoice,
+        *,
+        name: str,
+        container_format: str | None = None,
+        strip_metadata: bool = False,
+    ) -> None:
+        self.name = name
+        self.notes: list[str] = []
+        self.frames = 0
+        self._packets = 0
+        self._last_pts: int | None = None
+        self._last_dts: dict[int, int] = {}
+        self._info = like.info
+        self._pool = FramePool(picture.size, picture.pix_fmt)
+        self._lock = threading.Lock()
+        self._container = self._open(target, container_format)
+        try:
+            self._add_video(picture, choice)
+            self._copies = self._add_others(like, strip_metadata)
+            self._copy_tags(like, strip_metadata)
+            self._guard(self._container.start_encoding)
+        except BaseException:
+            self._abandon()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self.finish()
+        else:
+            self._abandon()
+
+    @property
+    def codec(self) -> str:
+        """The encoder's name."""
+        return self._stream.codec_context.codec.name
+
+    def frame(self, source: av.VideoFrame) -> av.VideoFrame:
+        """Return a frame to fill, with the time stamp and colour of ``source``."""
+        frame = self._pool.take()
+        frame.pts = source.pts
+        frame.time_base = self._info.time_base
+        frame.duration = source.duration
+        colour = self._info.colour
+        frame.color_range = 2 if self._info.full_range else 1
+        frame.colorspace = colour.matrix
+        frame.color_primaries = colour.primaries
+        frame.color_trc = colour.transfer
+        return frame
+
+    def write(self, item: Item) -> None:
+        """Encode a frame from ``frame()``, or copy a packet of another stream."""
+        with self._lock:
+            if isinstance(item, av.Packet):
+                self._copy(item)
+            else:
+                self._encode(item)
+
+    def _encode(self, item: av.VideoFrame) -> None:
+        if self._last_pts is not None and (item.pts is None or item.pts <= self._last_pts):
+            # Only a damaged file repeats a time; an encoder needs them to increase.
+            item.pts = self._last_pts + 1
+        self._last_pts = item.pts
+        self._mux(self._guard(lambda: self._stream.encode(item)))
+        self.frames += 1
+        self._pool.give_back(item)
+
+    def finish(self) -> None:
+        """Flush the encoder, close the file, and check that every frame went in.
+
+        Raises OutputError where a frame is missing or the file cannot be completed.
+        """
+        try:
+            self._mux(self._guard(lambda: self._stream.encode(None)))
+        except BaseException:
+            self._abandon()
+            raise
+        self._guard(self._container.close)
+        if self._packets != self.frames:
+            raise OutputError(
+                f"{self.name}: {self.frames} frames were encoded but {self._packets} came out"
+            )
+
+    def _abandon(self) -> None:
+        """Close the file as it is; what is in it is of no use to anyone."""
+        # A thread that hangs in a write, to a pipe that nobody reads, keeps the file.
+        if not self._lock.acquire(timeout=1):
+            return
+        with contextlib.suppress(av.error.FFmpegError, OSError, ValueError):
+            self._container.close()
+        self._lock.release()
+
+    def _guard(self, action: Callable[[], list[av.Packet] | None]) -> list[av.Packet]:
+        try:
+            return action() or []
+        except BrokenPipeError:
+            raise
+        except (av.error.FFmpegError, ValueError, OSError) as error:
+            raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
+
+    def _open(
+        self, target: str | BinaryIO, container_format: str | None
+    ) -> av.container.OutputContainer:
+        try:
+            return av.open(
+                "file:" + target if isinstance(target, str) else target,
+                mode="w",
+                format=container_format,
+                container_options=self._container_options(),
+                buffer_size=1 << 20,
+            )
+        except ValueError as error:
+            raise UsageError(
+                f"{self.name}: the suffix names no known video format; use one such as .mp4 or .mkv"
+            ) from error
+        except av.error.FFmpegError as error:
+            raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
+
+    def _container_options(self) -> dict[str, str]:
+        # Times stay as they are: nothing is shifted to begin at zero.
+        return {"avoid_negative_ts": "disabled"}
+
+    def _add_video(self, picture: OutputPicture, choice: EncoderChoice) -> None:
+        info = self._info
+        settings = settle(choice, info, self._container.supported_codecs)
+        options = dict(settings.options)
+        if info.colour.chroma_location:
+            options["chroma_sample_location"] = info.colour.chroma_location
+        options.setdefault("field_order", "progressive")
+        stream = self._container.add_stream(settings.codec, rate=info.rate, options=options)
+        assert isinstance(stream, av.VideoStream)
+        context = stream.codec_context
+        context.width, context.height = picture.size
+        context.pix_fmt = settings.pix_fmt
+        context.time_base = info.time_base
+        stream.time_base = info.time_base
+        context.sample_aspect_ratio = picture.sample_aspect
+        context.color_range = 2 if info.full_range else 1
+        context.colorspace = info.colour.matrix
+        context.color_primaries = info.colour.primaries
+        context.color_trc = info.colour.transfer
+        # Frames in threads, which is quicker and compresses better than slices in threads.
+        context.thread_type = "AUTO"
+        context.thread_count = 0
+        if info.display_matrix is not None:
+            stream.set_display_matrix(info.display_matrix)
+        self._stream = stream
+        self._guard(context.open)
+        if context.options:
+            unknown = ", ".join(context.options)
+            raise UsageError(f"--codec-option {unknown}: {settings.codec} has no such option")
+        if self._container.format.name in _MOV and info.time_base.numerator == 1:
+            self._container.container_options["video_track_timescale"] = str(
+                info.time_base.denominator
+            )
+
+    def _add_others(self, like: VideoReader, strip_metadata: bool) -> dict[int, av.stream.Stream]:
+        """Add a copy of each other stream; return them by the index of their source."""
+        copies: dict[int, av.stream.Stream] = {}
+        for source in like.others:
+            if strip_metadata and source.type in ("data", "attachment", "video"):
+                continue
+            try:
+                copy = self._container.add_stream_from_template(source, opaque=True)
+            except (ValueError, av.error.FFmpegError):
+                what = source.name or "unknown"
+                self.notes.append(
+                    f"stream {source.index} ({source.type}, {what}) cannot be kept in this container"
+                )
+                continue
+            copy.disposition = source.disposition
+            copies[source.index] = copy
+        return copies
+
+    def _copy_tags(self, like: VideoReader, strip_metadata: bool) -> None:
+        if strip_metadata:
+            return
+        source = like.container
+        self._container.metadata.update(container_tags(source.metadata))
+        self._stream.metadata.update(stream_tags(like.stream.metadata))
+        for index, copy in self._copies.items():
+            copy.metadata.update(stream_tags(source.streams[index].metadata))
+        chapters = source.chapters()
+        if chapters:
+            self._container.set_chapters(chapters)
+
+    def _copy(self, packet: av.Packet) -> None:
+        copy = self._copies.get(packet.stream_index)
+        if copy is None:
+            return
+        if packet.dts is None:
+            packet.dts = packet.pts
+        last = self._last_dts.get(copy.index)
+        if packet.dts is not None:
+            if last is not None and packet.dts < last:
+                # Damage again; a container does not take a packet that goes back in time.
+                packet.dts = last
+                packet.pts = None if packet.pts is None else max(packet.pts, last)
+            self._last_dts[copy.index] = packet.dts
+        packet.stream = copy
+        self._mux([packet])
+
+    def _mux(self, packets: list[av.Packet]) -> None:
+        for packet in packets:
+            if packet.stream is self._stream or packet.stream_index == self._stream.index:
+                self._packets += 1
+            self._guard(partial(self._container.mux_one, packet))
