@@ -30,12 +30,18 @@ _MIN_SIDE = 2
 _MAX_BYTES = 9 * _MAX_PIXELS
 
 _READ = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
-_JPEG_QUALITY = 95
+# Visually lossless, and without the halved colour that is JPEG's default.
+_JPEG = [
+    cv2.IMWRITE_JPEG_QUALITY,
+    95,
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR,
+    cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+]
 # File name suffix -> encoder options; and those that keep 16 bits.
 _ENCODERS: dict[str, list[int]] = {
     ".png": [],
-    ".jpg": [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY],
-    ".jpeg": [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY],
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
     ".tif": [],
     ".tiff": [],
     ".bmp": [],

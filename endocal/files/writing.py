@@ -62,12 +62,13 @@ def numbers(values: tuple[float, ...]) -> str:
 
 
 def text(value: str) -> str:
-    """Return a string with everything escaped that TOML wants escaped.
+    """Return a string, everything escaped that TOML or a terminal could take for something else.
 
     The bytes of a file name that are no valid Unicode become question marks.
     """
     clean = value.encode("utf-8", "replace").decode("utf-8")
-    return json.dumps(clean, ensure_ascii=False).replace("\x7f", "\\u007f")
+    quoted = json.dumps(clean, ensure_ascii=False)
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)
 
 
 def texts(values: tuple[str, ...]) -> str:

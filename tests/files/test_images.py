@@ -1,0 +1,199 @@
+"""Pictures of every kind come in as they are; what is no whole picture is refused by name."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endocal.errors import InputError, OutputError
+from endocal.files import decode_image, encode_image, read_image, write_image
+
+SUFFIXES = (".png", ".jpg", ".tif", ".bmp")
+RNG = np.random.default_rng(5)
+COLOUR = RNG.integers(0, 256, (37, 52, 3), np.uint8)
+GREY = np.ascontiguousarray(COLOUR[..., 1])
+
+
+def picture(suffix: str, image: np.ndarray = COLOUR) -> bytes:
+    return cv2.imencode(suffix, image)[1].tobytes()
+
+
+@pytest.mark.parametrize("image", [COLOUR, GREY], ids=["colour", "grey"])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_round_trip(tmp_path: Path, suffix: str, image: np.ndarray) -> None:
+    path = tmp_path / f"内視鏡 50%\nline{suffix}"
+    write_image(path, image)
+    read = read_image(path)
+    assert read.dtype == np.uint8
+    assert read.shape == image.shape
+    if suffix == ".jpg":
+        # Noise is the hardest there is to keep; at quality 95 the steps are a few levels wide.
+        assert np.abs(read.astype(float) - image).mean() < 8
+    else:
+        assert np.array_equal(read, image)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_sixteen_bits_stay(suffix: str, channels: int) -> None:
+    shape = (20, 30) if channels == 1 else (20, 30, 3)
+    deep = RNG.integers(0, 65536, shape).astype(np.uint16)
+    read = decode_image(encode_image(deep, suffix))
+    assert read.dtype == np.uint16
+    assert np.array_equal(read, deep)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".bmp"])
+def test_sixteen_bits_are_not_cut_to_eight(tmp_path: Path, suffix: str) -> None:
+    with pytest.raises(OutputError, match="16-bit picture does not fit"):
+        write_image(tmp_path / f"out{suffix}", GREY.astype(np.uint16))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_transparency_is_dropped(suffix: str) -> None:
+    alpha = RNG.integers(0, 256, (*GREY.shape, 1), np.uint8)
+    read = decode_image(picture(suffix, np.concatenate([COLOUR, alpha], axis=2)))
+    assert np.array_equal(read, COLOUR)
+
+
+def test_a_palette_is_expanded() -> None:
+    palette = bytes([10, 20, 30, 200, 100, 50])
+    rows = b"".join(b"\0" + bytes([x % 2 for x in range(4)]) for _ in range(3))
+    header = struct.pack(">IIBBBBB", 4, 3, 8, 3, 0, 0, 0)
+    data = png(header, [(b"PLTE", palette), (b"IDAT", zlib.compress(rows))])
+    read = decode_image(data)
+    assert read.shape == (3, 4, 3)
+    assert read[0, :2].tolist() == [[30, 20, 10], [50, 100, 200]]
+
+
+def png(header: bytes, chunks: list[tuple[bytes, bytes]]) -> bytes:
+    out = b"\x89PNG\r\n\x1a\n"
+    for kind, data in [(b"IHDR", header), *chunks, (b"IEND", b"")]:
+        out += (
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        )
+    return out
+
+
+def test_the_sensor_frame_is_kept_whatever_exif_says() -> None:
+    smooth = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None], 32, axis=0)
+    plain = picture(".jpg", smooth)
+    # A minimal Exif segment: one IFD with the tag orientation = 6, "turn right by 90 degrees".
+    ifd = struct.pack("<HHHIHHI", 1, 0x0112, 3, 1, 6, 0, 0)
+    exif = b"Exif\0\0II*\0" + struct.pack("<I", 8) + ifd
+    tagged = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + plain[2:]
+    turned = cv2.imdecode(np.frombuffer(tagged, np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert turned.shape == (64, 32), "the tag of this test is not one that decoders see"
+    assert np.array_equal(decode_image(tagged), decode_image(plain))
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.99])
+def test_a_truncated_picture_is_refused(tmp_path: Path, suffix: str, share: float) -> None:
+    data = picture(suffix)
+    path = tmp_path / f"cut{suffix}"
+    path.write_bytes(data[: max(9, int(len(data) * share))])
+    with pytest.raises(InputError, match=r"cut.*: is (truncated|damaged)"):
+        read_image(path)
+
+
+@given(st.sampled_from(SUFFIXES), st.data())
+def test_any_truncation_is_an_error_of_ours(suffix: str, data: st.DataObject) -> None:
+    whole = picture(suffix)
+    end = data.draw(st.integers(0, len(whole) - 2))
+    with pytest.raises(InputError):
+        decode_image(whole[:end])
+
+
+@given(st.sampled_from(SUFFIXES), st.data())
+def test_any_damage_is_a_picture_or_an_error_of_ours(suffix: str, data: st.DataObject) -> None:
+    whole = bytearray(picture(suffix, GREY[:12, :12]))
+    for _ in range(data.draw(st.integers(1, 4))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        image = decode_image(bytes(whole))
+    except InputError:
+        return
+    assert image.dtype in (np.uint8, np.uint16)
+    assert image.ndim == 2 or image.shape[2] == 3
+
+
+def test_a_damaged_png_is_named() -> None:
+    data = bytearray(picture(".png"))
+    data[len(data) // 2] ^= 0xFF
+    with pytest.raises(InputError, match="a checksum in it is wrong"):
+        decode_image(bytes(data))
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", "is empty"),
+        (b"hello", "is not a PNG, JPEG, TIFF or BMP picture"),
+        (b"\0" * 4096, "is not a PNG, JPEG, TIFF or BMP picture"),
+        (b"\x89PNG\r\n\x1a\n", "is truncated"),
+        (b"GIF89a" + b"\0" * 99, "is not a PNG"),
+    ],
+)
+def test_what_is_no_picture(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / "x.png"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=message):
+        read_image(path)
+
+
+def test_a_picture_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.png: no such file"):
+        read_image(tmp_path / "none.png")
+    with pytest.raises(InputError, match="is a directory"):
+        read_image(tmp_path)
+
+
+def test_one_pixel_is_no_picture() -> None:
+    with pytest.raises(InputError, match="1x1 px is too small"):
+        decode_image(picture(".png", GREY[:1, :1]))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        png(struct.pack(">IIBBBBB", 20000, 10001, 8, 0, 0, 0, 0), [(b"IDAT", b"")]),
+        b"\xff\xd8\xff\xc0" + struct.pack(">HBHHB", 11, 8, 60000, 60000, 1) + b"\1\x11\0\xff\xd9",
+        b"II*\0\x08\0\0\0\x02\0" + struct.pack("<HHIIHHII", 256, 4, 1, 30000, 257, 4, 1, 9000),
+        b"BM" + struct.pack("<IHHI", 54, 0, 0, 54) + struct.pack("<IiiHHI", 40, 99999, -99999, 1, 24, 0),
+    ],
+    ids=SUFFIXES,
+)  # fmt: skip
+def test_a_giant_is_refused_by_its_header(data: bytes) -> None:
+    # None of these holds any pixels: the header alone must be enough.
+    with pytest.raises(InputError, match="is over 200 megapixels"):
+        decode_image(data)
+
+
+def test_float_pixels_are_refused() -> None:
+    with pytest.raises(InputError, match="has float32 pixels"):
+        decode_image(picture(".tif", GREY.astype(np.float32)))
+
+
+def test_an_unknown_suffix_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"out\.xyz: pictures are written as \.png"):
+        write_image(tmp_path / "out.xyz", GREY)
+    with pytest.raises(OutputError, match="a name without suffix"):
+        write_image(tmp_path / "out", GREY)
+
+
+def test_nothing_is_printed_about_a_broken_picture(capfd: pytest.CaptureFixture[str]) -> None:
+    for suffix in SUFFIXES:
+        whole = picture(suffix)
+        for cut in (30, len(whole) // 2, len(whole) - 3):
+            with pytest.raises(InputError):
+                decode_image(whole[:cut])
+    assert capfd.readouterr() == ("", "")
