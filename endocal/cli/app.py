@@ -106,7 +106,7 @@ def _invoke(args: Sequence[str]) -> int:
     try:
         code = command.main(args=list(args), prog_name="endocal", standalone_mode=False)
     except typer.Abort:
-        return _fail("interrupted", INTERRUPTED)
+        raise KeyboardInterrupt from None
     except SystemExit as exit_:
         # typer turns a broken pipe into a bare exit 1.
         if isinstance(exit_.__context__, BrokenPipeError):
@@ -117,6 +117,8 @@ def _invoke(args: Sequence[str]) -> int:
         if message is None:
             raise
         return _report_usage(error, message())
+    if code == INTERRUPTED:
+        raise KeyboardInterrupt
     return code if isinstance(code, int) else DONE
 
 

@@ -1,0 +1,77 @@
+"""Help comes quickly, for every command, with an example, and loads nothing heavy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import typer
+
+from endocal.cli.app import build
+
+HEAVY = ("av", "cv2", "matplotlib", "numpy", "pyopencl", "scipy")
+
+# What a process has loaded when it ends, on stderr, whatever its exit.
+LIST_MODULES = """
+import atexit, sys
+atexit.register(lambda: print(*sorted(sys.modules), file=sys.stderr))
+from endocal.cli.app import main
+sys.argv = ["endocal", *sys.argv[1:]]
+main()
+"""
+
+
+def commands() -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Each command as (its words, its command object)."""
+
+    def walk(words: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
+        if words:
+            yield words, command
+        for name, child in getattr(command, "commands", {}).items():
+            yield from walk((*words, name), child)
+
+    yield from walk((), typer.main.get_command(build()))
+
+
+@pytest.mark.parametrize("args", [["--help"], ["--version"], ["show", "--help"], ["nonsense"]])
+def test_help_loads_nothing_heavy(args: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LIST_MODULES, *args], capture_output=True, text=True, check=False
+    )
+    loaded = {name.partition(".")[0] for name in done.stderr.split()}
+    assert "typer" in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = "import sys, endocal; print(*sys.modules)"
+    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
+    assert set(loaded).isdisjoint({*HEAVY, "typer", "rich"})
+
+
+def test_every_command_and_option_is_explained() -> None:
+    for words, command in commands():
+        assert command.help, f"endocal {' '.join(words)} has no help"
+        assert command.help.split("\n")[0].endswith("."), f"endocal {' '.join(words)}"
+        for parameter in command.params:
+            explained = getattr(parameter, "help", None)
+            assert explained, f"endocal {' '.join(words)}: {parameter.name} has no help"
+
+
+def test_every_command_has_an_example() -> None:
+    for words, command in commands():
+        if len(words) == 1:
+            assert f"endocal {words[0]}" in (command.epilog or ""), f"endocal {words[0]}"
+
+
+def test_help_shows_square_brackets(endocal: Callable[..., Any]) -> None:
+    # Help goes through rich, which would swallow an unescaped [word] as a style.
+    for words, command in commands():
+        shown = endocal(*words, "--help").out
+        for text in (command.help, command.epilog or ""):
+            for word in text.split():
+                if word.startswith("[") and word.endswith("]"):
+                    assert word in shown, f"endocal {' '.join(words)} --help loses {word}"
