@@ -1,0 +1,41 @@
+"""Documentation that cannot drift: the command page is the commands' own help, links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+from endocal.cli.app import COMMANDS
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+
+
+def test_the_command_page_is_the_help() -> None:
+    page = runpy.run_path(str(ROOT / "docs" / "generate_cli.py"))["page"]()
+    assert (ROOT / "docs" / "cli.md").read_text() == page, "run: make docs"
+
+
+def test_every_command_is_in_the_readme() -> None:
+    readme = (ROOT / "README.md").read_text()
+    for names in COMMANDS.values():
+        for name in names:
+            assert f"endocal {name}" in readme, name
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_links_lead_to_files_that_exist(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_modules_that_the_pages_name_exist(page: Path) -> None:
+    # `calibration/fit.py` in a page is a path below endocal/, tests/ or the root.
+    for name in re.findall(r"`([\w/]+\.(?:py|cl))(?:::\w+)?`", page.read_text()):
+        places = [ROOT / name, ROOT / "endocal" / name]
+        assert any(p.exists() for p in places), f"{page.name} names {name}"
