@@ -28,12 +28,27 @@ class Dark(NamedTuple):
     noise: float
     threshold: float
 
+    @property
+    def contrast(self) -> float:
+        """The least rise above the outside that is no noise."""
+        return 3 + 1.5 * self.noise
+
+    @property
+    def has_glare(self) -> bool:
+        """Say whether the outside is taken to be brighter than its darkest corner."""
+        return self.threshold > self.level + self.contrast
+
+    def raised(self, threshold: float) -> Dark:
+        """Return the same outside with glare in it: content only counts above ``threshold``."""
+        return self._replace(threshold=max(threshold, self.level + self.contrast))
+
 
 class Samples(NamedTuple):
     """Every ``step``-th pixel of a frame, smoothed: sample [i, j] is at row i step, column j step."""
 
     values: Luma
     step: int
+    size: tuple[int, int]
     dark: Dark
 
 
@@ -55,7 +70,8 @@ def thin(luma: Luma) -> Samples | None:
     level = float(darkest[k * k // 2])
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
     noise = max(float(darkest[int(k * k * 0.84)]) - level, 0.5)
-    return Samples(values, step, Dark(level, noise, level + 3 + 1.5 * noise))
+    size = (luma.shape[1], luma.shape[0])
+    return Samples(values, step, size, Dark(level, noise, 0.0).raised(0.0))
 
 
 def first_circle(
@@ -66,17 +82,17 @@ def first_circle(
     ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
     where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
     """
-    values, step, dark = samples
+    values, step, dark = samples.values, samples.step, samples.dark
     h, w = values.shape
     lit = values > dark.threshold
     rows, columns = np.arange(0, h, 2), np.arange(0, w, 3)
     across, down = lit[::2], np.ascontiguousarray(lit[:, ::3].T)
     left, right = _outermost(across)
     top, bottom = _outermost(down)
-    x0, keep_left = _side(left, w)
-    x1, keep_right = _side(right, w)
-    y0, keep_top = _side(top, h)
-    y1, keep_bottom = _side(bottom, h)
+    x0, keep_left = _side(left)
+    x1, keep_right = _side(right)
+    y0, keep_top = _side(top)
+    y1, keep_bottom = _side(bottom)
     x = np.concatenate(
         (left[keep_left], w - 1 - right[keep_right], columns[keep_top], columns[keep_bottom])
     )
@@ -89,12 +105,13 @@ def first_circle(
     )
     if circle is None:
         return None
-    half = 0.5 * step
+    half = 0.5 * pixel_aspect
+    frame_right, frame_bottom = samples.size[0] * pixel_aspect - half, samples.size[1] - 0.5
     box = Box(
-        x0 * float(ax) - half,
-        y0 * step - half,
-        (w - 1 - x1) * float(ax) + half,
-        (h - 1 - y1) * step + half,
+        (x0 - 0.5) * float(ax) if x0 else -half,
+        (y0 - 0.5) * step if y0 else -0.5,
+        (w - x1 - 0.5) * float(ax) if x1 else frame_right,
+        (h - y1 - 0.5) * step if y1 else frame_bottom,
     )
     return circle, box
 
@@ -104,7 +121,7 @@ def _outermost(lit: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.int
     return lit.argmax(axis=1), lit[:, ::-1].argmax(axis=1)
 
 
-def _side(first: NDArray[np.intp], length: int) -> tuple[int, NDArray[np.bool_]]:
+def _side(first: NDArray[np.intp]) -> tuple[int, NDArray[np.bool_]]:
     """Tell rim points from a straight edge: where the edge is, and which lines' first samples to keep.
 
     A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.

@@ -9,6 +9,7 @@ along radii. A circle counts only where the outside is dark: see ``_is_content_l
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -22,6 +23,18 @@ from .fade import look_faded
 from .fit import Circle
 from .rim import DIRECTIONS, Rim, look
 
+# A rim whose fall is this much in the middle of the window is a step; with less, it may be a fade.
+_SHARP = 0.8
+
+
+# Glare has died away this far out, in radii of the circle. From there on the outside is flat: its smoothed
+# samples differ by no more than this and what noise explains. To judge that takes this many samples.
+_FAR, _FLAT, _ENOUGH = 1.12, 4.0, 12
+
+
+# A rim found further off than this, in halves of the window, is looked at again from where it is.
+_NEAR = 0.25
+
 
 @dataclass(frozen=True)
 class BoundarySpec:
@@ -31,6 +44,12 @@ class BoundarySpec:
     max_diameter: float = 1.5  # of the frame's diagonal
     min_visible: float = 0.10  # of the circumference, in the frame
     min_support: float = 0.30  # of the visible circumference, where the rim is seen
+    glare: tuple[float, ...] = (
+        0.10,
+        0.25,
+    )  # thresholds to try besides, from black to bright content
+    min_evidence: float = 14.0  # natural logarithm of the odds against a chance agreement
+    max_black: float = 64.0  # level of the darkest corner, of 255
     min_agreement: float = 0.60  # of the edges that are met from outside, those on the circle
     max_bright_outside: float = 0.12  # of the outside: logos and text
 
@@ -49,21 +68,39 @@ def find_boundary(
     """
     luma = _luma(image)
     samples = thin(luma)
-    if samples is None:
+    if samples is None or samples.dark.level > spec.max_black:
         return None
     h, w = luma.shape
     size = (w * pixel_aspect, float(h))
     radii = (spec.min_diameter * min(size) / 2, spec.max_diameter * math.hypot(*size) / 2)
-    search = _Search(luma, samples, pixel_aspect, spec, radii)
-    found = first_circle(samples, pixel_aspect, radii)
-    if found is None:
-        return None
-    circle, box = found
-    for measure in (search.narrow, search.wide, search.faded):
-        rim = measure(circle, box)
-        if rim is not None and search.is_content_limit(rim, box):
+    for search in _searches(luma, samples, pixel_aspect, spec, radii):
+        found = first_circle(search.samples, pixel_aspect, radii)
+        if found is None:
+            continue
+        circle, box = found
+        rim = search.measure(circle, box)
+        if rim is not None:
             return _boundary(rim.circle, box, pixel_aspect)
     return None
+
+
+def _searches(
+    luma: Luma,
+    samples: Samples,
+    pixel_aspect: float,
+    spec: BoundarySpec,
+    radii: tuple[float, float],
+) -> Iterator[_Search]:
+    """Yield the search with the lowest threshold, then those that bear glare outside the circle."""
+    yield _Search(luma, samples, pixel_aspect, spec, radii)
+    bright = float(np.percentile(samples.values, 95))
+    last = samples.dark.threshold
+    for share in spec.glare:
+        threshold = samples.dark.level + share * (bright - samples.dark.level)
+        if threshold > 1.2 * last:
+            last = threshold
+            raised = samples._replace(dark=samples.dark.raised(threshold))
+            yield _Search(luma, raised, pixel_aspect, spec, radii)
 
 
 @dataclass(frozen=True)
@@ -76,16 +113,40 @@ class _Search:
     spec: BoundarySpec
     radii: tuple[float, float]
 
+    def measure(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure the rim near a first circle; None where it is no limit of the content."""
+        rim = self.narrow(circle, box)
+        if rim is not None and rim.sharpness > _SHARP and self.is_content_limit(rim, box):
+            return rim
+        # The faded rim comes first: the slope of a fade passes for a soft step, further in.
+        faded = self.faded(circle, box)
+        if faded is not None and self.is_content_limit(faded, box):
+            return faded
+        wide = self.wide(circle, box)
+        sharp = None if wide is None else self.narrow(wide.circle, box)
+        for again in (rim, sharp, wide):
+            if again is not None and self.is_content_limit(again, box):
+                return again
+        return None
+
     def narrow(self, circle: Circle, box: Box) -> Rim | None:
         """Measure the rim of a circle that is known to about a coarse sample."""
-        half = max(6.0, 1.5 * self.samples.step, 0.02 * circle.radius)
-        return look(self.luma, circle, half, box, self.samples.dark, self.pixel_aspect)
+        return self._look_twice(
+            circle, max(6.0, 1.5 * self.samples.step, 0.02 * circle.radius), box
+        )
 
     def wide(self, circle: Circle, box: Box) -> Rim | None:
-        """Measure a rim whose glow or unevenness led the coarse circle astray."""
-        half = max(3.0 * self.samples.step, 0.06 * circle.radius)
+        """Measure a soft rim, or one whose glow or unevenness led the first circle astray."""
+        return self._look_twice(
+            circle, max(12.0, 3.0 * self.samples.step, 0.06 * circle.radius), box
+        )
+
+    def _look_twice(self, circle: Circle, half: float, box: Box) -> Rim | None:
+        """Measure the rim, and again from there where it lies far off in the window."""
         rim = look(self.luma, circle, half, box, self.samples.dark, self.pixel_aspect)
-        return None if rim is None else self.narrow(rim.circle, box)
+        if rim is None or math.dist(rim.circle, circle) < _NEAR * half:
+            return rim
+        return look(self.luma, rim.circle, half, box, self.samples.dark, self.pixel_aspect)
 
     def faded(self, circle: Circle, box: Box) -> Rim | None:
         """Measure a rim that the light fades out at, without a step."""
@@ -106,24 +167,31 @@ class _Search:
             rim.on_circle >= max(spec.min_support * rim.visible, 0.06 * DIRECTIONS)
             and rim.on_circle >= spec.min_agreement * rim.edges
             and rim.dark >= (1 - spec.max_bright_outside) * rim.visible
-            and rim.scale <= max(1.5, 0.006 * circle.radius)
+            and rim.evidence >= spec.min_evidence
             and self._is_dark_outside(circle, box)
         )
 
     def _is_dark_outside(self, circle: Circle, box: Box) -> bool:
-        values, step, dark = self.samples
+        """Say whether the samples outside are dark; glare is borne near the circle, but must have died away
+        further out: else it is a dark scene about something round.
+        """
+        values, step, dark = self.samples.values, self.samples.step, self.samples.dark
         x = np.arange(0, values.shape[1], 2, dtype=np.float32) * np.float32(
             step * self.pixel_aspect
         )
         y = np.arange(0, values.shape[0], 2, dtype=np.float32) * np.float32(step)
         x -= np.float32(circle.x)
         y -= np.float32(circle.y)
-        beyond = (x * x + (y * y)[:, None]) > (1.02 * circle.radius + 2 * step) ** 2
-        outside = values[::2, ::2][beyond]
-        if not len(outside):
-            return True
-        bright = np.count_nonzero(outside > dark.threshold)
-        return bool(bright <= self.spec.max_bright_outside * len(outside))
+        distance2 = x * x + (y * y)[:, None]
+        thinned = values[::2, ::2]
+        near = thinned[distance2 > (1.02 * circle.radius + 2 * step) ** 2]
+        if np.count_nonzero(near > dark.threshold) > self.spec.max_bright_outside * len(near):
+            return False
+        far = thinned[distance2 > (_FAR * circle.radius) ** 2]
+        if len(far) < _ENOUGH:
+            return not dark.has_glare
+        low, high = np.percentile(far, (10, 100 * (1 - self.spec.max_bright_outside)))
+        return bool(high - low <= _FLAT + dark.noise)
 
 
 def _boundary(circle: Circle, box: Box, pixel_aspect: float) -> Boundary:

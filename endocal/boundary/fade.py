@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +22,8 @@ _INNER, _OUTER, _SAMPLES = -0.16, 0.08, 49
 _LINE = (-0.16, -0.03)
 _GROWTH = 1.4
 _ROUNDS = 3
+# The crossings' scatter, of the radius: the scene's own brightness bends every single fade.
+_TOLERANCE = 0.03
 
 
 def look_faded(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: float) -> Rim | None:
@@ -49,16 +54,15 @@ def _fit_fade(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: fl
     value = profile[:, line]
     mean = value.mean(axis=1)
     slope = (value @ centered) / np.float32(centered @ centered)
-    contrast = np.float32(dark.threshold - dark.level)
-    is_dark = profile[:, -5:].mean(axis=1) < contrast
-    is_fade = is_dark & (slope * t[0] > contrast) & (mean > contrast)
+    is_dark = profile[:, -5:].mean(axis=1) < dark.threshold - dark.level
+    is_fade = is_dark & (slope * t[0] > dark.contrast) & (mean > dark.contrast)
     usable = np.flatnonzero(is_fade)
     if len(usable) < 0.06 * DIRECTIONS:
         return None
     offset = t.mean() - mean[usable] / slope[usable]
     cosine, sine = directions()
     chosen = seen[usable]
-    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, floor=0.5)
+    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.5, 0.03 * circle.radius)
     if fitted is None:
         return None
     shift, weight, scale = fitted
@@ -70,27 +74,38 @@ def _fit_fade(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: fl
     if reach is None or average[0] < _GROWTH * average[_SAMPLES // 3]:
         return None
     moved = Circle(circle.x + shift.x, circle.y + shift.y, circle.radius + reach)
-    on_circle = int(np.count_nonzero(good))
-    return Rim(moved, scale, len(seen), int(np.count_nonzero(is_dark)), len(usable), on_circle)
+    return Rim(
+        moved,
+        scale,
+        len(seen),
+        int(np.count_nonzero(is_dark)),
+        len(usable),
+        int(np.count_nonzero(good)),
+        sharpness=0.0,
+        evidence=math.inf if scale <= _TOLERANCE * circle.radius else 0.0,
+    )
+
+
+@lru_cache(maxsize=1)
+def _hinge_bases() -> tuple[NDArray[np.intp], Array]:
+    """The candidate samples for the hinge, (n,), and a basis of the curves with each, (n, k, 3)."""
+    relative = np.linspace(_INNER, _OUTER, _SAMPLES)
+    candidates = np.arange(_SAMPLES // 3, _SAMPLES - 4)
+    bases = []
+    for k in candidates:
+        t = np.maximum(relative[k] - relative, 0)
+        bases.append(np.linalg.qr(np.stack([t, t * t, np.ones_like(t)], axis=1))[0])
+    return candidates, np.stack(bases).astype(np.float32)
 
 
 def _hinge(offsets: Array, average: Array) -> float | None:
     """Find the offset, px, at which a fading profile reaches black; None at the window's ends."""
-    spacing = float(offsets[1] - offsets[0])
-    candidates = np.arange(_SAMPLES // 3, _SAMPLES - 4)
-    errors = np.array([_hinge_error(offsets, average, float(offsets[k])) for k in candidates])
-    best = int(errors.argmin())
-    if best in (0, len(errors) - 1):
+    candidates, bases = _hinge_bases()
+    fitted = average @ bases
+    explained = (fitted * fitted).sum(axis=1)
+    best = int(explained.argmax())
+    if best in (0, len(explained) - 1):
         return None
-    before, middle, after = errors[best - 1 : best + 2]
+    before, middle, after = explained[best - 1 : best + 2].tolist()
     fraction = 0.5 * (before - after) / (before - 2 * middle + after)
-    return float(offsets[candidates[best]]) + float(fraction) * spacing
-
-
-def _hinge_error(offsets: Array, average: Array, reach: float) -> float:
-    """Return the squared error of black + a t + b t^2 with t = reach - offset where positive."""
-    t = np.maximum(np.float32(reach) - offsets, 0).astype(np.float64)
-    basis = np.stack([t, t * t, np.ones_like(t)])
-    solution, *_ = np.linalg.lstsq(basis.T, average.astype(np.float64), rcond=None)
-    residual = average - solution @ basis
-    return float(residual @ residual)
+    return float(offsets[candidates[best]]) + fraction * float(offsets[1] - offsets[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ _JURY = 128
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
+_FIT_ROUNDS, _SETTLED = 12, 0.02
 
 
 class Circle(NamedTuple):
@@ -91,40 +93,38 @@ def _algebraic_circle(x: Array, y: Array, around: Circle) -> Circle | None:
 
 
 def fit_offsets(
-    cosine: Array, sine: Array, offset: Array, floor: float
+    cosine: Array, sine: Array, offset: Array, floor: float, reach: float
 ) -> tuple[Circle, Array, float] | None:
     """Fit the shift (dx, dy, dr) of a circle to radial ``offset`` (n,) of its rim at n directions.
 
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
-    one. Tukey's biweight keeps outliers out; ``floor`` is the least residual scale, px. Returns the shift,
-    the weights (n,) in 0 to 1 and the residual scale, or None where the directions do not fix a circle.
+    one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
+    below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
+    Returns the shift, the weights (n,) in 0 to 1 and the residual scale, or None where the directions do
+    not fix a circle.
     """
     if len(offset) < 5:
         return None
     rows = np.stack([cosine, sine, np.ones_like(cosine)])
-    start = float(np.median(offset))
-    shift = np.array([0.0, 0.0, start])
-    residual = offset - np.float32(start)
-    scale = np.inf
+    middle = len(offset) // 2
+    shift = np.zeros(3)
+    scale, limit = math.inf, reach
     weight = np.ones_like(offset)
-    for _ in range(8):
-        absolute = np.abs(residual)
-        spread = _MAD_TO_SIGMA * float(
-            np.partition(absolute, len(absolute) // 2)[len(absolute) // 2]
-        )
-        scale = max(min(spread, scale), floor)
-        weight = 1 - (absolute / np.float32(_TUKEY * scale)) ** 2
-        np.maximum(weight, 0, out=weight)
-        weight *= weight
+    for _ in range(_FIT_ROUNDS):
         weighted = rows * weight
         solution = _solve(weighted @ rows.T, weighted @ offset)
         if solution is None:
             return None
         moved = float(np.abs(solution - shift).max())
         shift = solution
-        residual = offset - shift.astype(np.float32) @ rows
-        if moved < 0.01:
+        absolute = np.abs(offset - shift.astype(np.float32) @ rows)
+        scale = max(_MAD_TO_SIGMA * float(np.partition(absolute, middle)[middle]), floor)
+        if moved < _SETTLED and limit <= scale:
             break
+        limit = max(limit / 2, scale)
+        weight = absolute * np.float32(1 / (_TUKEY * limit))
+        weight = np.maximum(1 - weight * weight, 0)
+        weight *= weight
     return Circle(*shift.tolist()), weight, scale
 
 

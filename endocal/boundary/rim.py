@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -18,6 +19,12 @@ Array = NDArray[np.float32]
 # Samples of a profile on each side of the expected rim, and in each of the two means that make an edge.
 _REACH = 12
 _MEAN = 3
+# How far, in window halves, the frame must go on beyond the rim; beyond it its last pixels stand in.
+_MARGIN = 0.4
+# An edge nearer than this to the frame's own is that: px. Coders and converters darken the last columns.
+_FRAME_EDGE = 3.0
+# The residual, in robust standard deviations, at which Tukey's weight falls to 0.3.
+_ACCEPTED = 3.15
 
 
 # Radii along which the rim is looked at, evenly spread over the circle.
@@ -33,6 +40,10 @@ class Rim(NamedTuple):
     dark: int  # of which it is dark outside
     edges: int  # of which, besides, there is a fall from content to dark
     on_circle: int  # of which the fall lies on the circle
+    sharpness: float  # the fall over the middle half of the window as a share of the whole
+    evidence: (
+        float  # log of how much less likely so good an agreement is by chance; inf where not known
+    )
 
 
 @lru_cache(maxsize=1)
@@ -69,8 +80,13 @@ def profiles(luma: Luma, circle: Circle, offsets: Array, pixel_aspect: float) ->
 
 def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:
     """Say which radii stay in the box up to ``reach`` px beyond the circle: bool (DIRECTIONS,)."""
-    cosine, sine = directions()
-    outer = np.float32(circle.radius + reach)
+    return _inside(circle, *directions(), np.float32(reach), box)
+
+
+def _inside(
+    circle: Circle, cosine: Array, sine: Array, offset: Array | np.float32, box: Box
+) -> NDArray[np.bool_]:
+    outer = offset + np.float32(circle.radius)
     x, y = cosine * outer, sine * outer
     return (
         (x > box.left - circle.x)
@@ -89,7 +105,7 @@ def look(
     """
     spacing = half / _REACH
     offsets = np.arange(-_REACH, _REACH + 1, dtype=np.float32) * np.float32(spacing)
-    seen = np.flatnonzero(inside_box(circle, half, box))
+    seen = np.flatnonzero(inside_box(circle, _MARGIN * half, box))
     if len(seen) < 6:
         return None
     profile = profiles(luma, circle, offsets, pixel_aspect)[seen]
@@ -97,33 +113,48 @@ def look(
     at = edges.argmax(axis=1)
     rows = np.arange(len(seen))
     peak = edges[rows, at]
-    # Half a threshold of fall is enough: the edge is then told from noise by where it lies.
-    outside = profile[:, -_MEAN:].mean(axis=1)
+    outside = profile[:, -_MEAN:].sum(axis=1) * np.float32(1 / _MEAN)
     is_dark = outside < dark.threshold + dark.noise
-    is_lit = peak > dark.threshold - dark.level
-    usable = np.flatnonzero(is_dark & is_lit)
-    if len(usable) < 6:
-        return None
+    is_lit = peak > dark.contrast
     last = edges.shape[1] - 1
-    k = np.clip(at[usable], 1, last - 1)
-    before, middle, after = edges[usable, k - 1], edges[usable, k], edges[usable, k + 1]
+    k = np.clip(at, 1, last - 1)
+    before, middle, after = edges[rows, k - 1], edges[rows, k], edges[rows, k + 1]
     bend = before - 2 * middle + after
     with np.errstate(divide="ignore", invalid="ignore"):
         fraction = np.where(bend < 0, 0.5 * (before - after) / bend, 0)
     offset = (k + (_MEAN - _REACH) + np.clip(fraction, -1, 1)).astype(np.float32)
     offset *= np.float32(spacing)
     cosine, sine = directions()
+    clear = _inside(circle, cosine[seen], sine[seen], offset + np.float32(_FRAME_EDGE), box)
+    usable = np.flatnonzero(is_dark & is_lit & clear)
+    if len(usable) < 6:
+        return None
+    offset = offset[usable]
     chosen = seen[usable]
-    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, floor=0.25 * spacing)
+    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.25 * spacing, half / 3)
     if fitted is None:
         return None
     shift, weight, scale = fitted
     moved = Circle(circle.x + shift.x, circle.y + shift.y, circle.radius + shift.radius)
+    count = int(np.count_nonzero(weight > 0.3))
+    # An edge that has nothing to do with the circle lies anywhere in the window; on the circle it lies
+    # within the width that the weights accept.
+    gain = (half - _MEAN * spacing) / (_ACCEPTED * scale)
     return Rim(
         moved,
         scale,
         len(seen),
         int(np.count_nonzero(is_dark)),
         len(usable),
-        int(np.count_nonzero(weight > 0.3)),
+        count,
+        _sharpness(profile[usable].sum(axis=0)),
+        count * math.log(gain),
     )
+
+
+def _sharpness(profile: Array) -> float:
+    """Return the fall over the middle half as a share of the whole: 1 for a step, a half for a slope."""
+    quarter = _REACH // 2
+    ends = [float(profile[k : k + _MEAN].sum()) for k in (0, quarter, -quarter - _MEAN, -_MEAN)]
+    whole = ends[0] - ends[3]
+    return (ends[1] - ends[2]) / whole if whole > 0 else 0.0
