@@ -39,3 +39,14 @@ def test_modules_that_the_pages_name_exist(page: Path) -> None:
     for name in re.findall(r"`([\w/]+\.(?:py|cl))(?:::\w+)?`", page.read_text()):
         places = [ROOT / name, ROOT / "endocal" / name]
         assert any(p.exists() for p in places), f"{page.name} names {name}"
+
+
+def test_messages_that_the_troubleshooting_explains_exist() -> None:
+    sources = " ".join(p.read_text() for p in (ROOT / "endocal").rglob("*.py"))
+    # A message may be split over two lines of source: join adjacent string literals.
+    joined = re.sub(r'"\s+f?"', "", sources)
+    page = (ROOT / "docs" / "troubleshooting.md").read_text()
+    messages = re.findall(r"^### `(.+)`$", page, re.MULTILINE)
+    assert messages
+    for message in messages:
+        assert message in joined, message

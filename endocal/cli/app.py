@@ -31,7 +31,6 @@ DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 def build(names: Sequence[str] | None = None) -> typer.Typer:
     """Return the application with all its commands, or with those named alone."""
     app = typer.Typer(
-        no_args_is_help=True,
         add_completion=True,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -99,6 +98,10 @@ def _add(app: typer.Typer, panel: str, name: str) -> None:
 
 def _invoke(args: Sequence[str]) -> int:
     """Parse and run; wrong usage comes back as UsageError, everything else as it was raised."""
+    if not args:
+        with contextlib.redirect_stdout(sys.stderr):
+            _invoke(["--help"])
+        return WRONG_USAGE
     known = [name for commands in COMMANDS.values() for name in commands]
     # Only the command that is asked for is imported; help and completion need all.
     wanted = args[:1] if args and args[0] in known else None

@@ -90,8 +90,8 @@ def test_wrong_usage_is_exit_2(endocal: Runner, args: list[str], words: str) -> 
 
 def test_no_command_shows_the_help(endocal: Runner) -> None:
     result = endocal()
-    assert result.code == 2
-    assert "Usage" in result.out + result.err
+    assert (result.code, result.out) == (2, "")
+    assert "Usage" in result.err
 
 
 @pytest.mark.parametrize("option", ["-h", "--help"])
