@@ -2,7 +2,7 @@
 
 A picture is read as the sensor stored it. An EXIF orientation tag tells how to hold it for the eye, but
 a lens sits before the sensor: the centre and the frame size of two pictures agree only in the sensor's
-own frame, which is also what a video of the same camera holds.
+own frame, which is also what a video of the same camera holds. ``upright`` turns a result for the eye.
 """
 
 from __future__ import annotations
@@ -112,6 +112,17 @@ def decode_image(data: bytes, name: str = "<picture>") -> Picture:
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{name}: has {image.dtype} pixels; 8 or 16 bit a channel are read")
     return _without_alpha(image)
+
+
+def upright(image: Picture, data: bytes) -> Picture:
+    """Turn a picture as the EXIF orientation in its file's bytes says; return it as it is without one."""
+    orientation = read_header(data).orientation
+    turned: Any = image.swapaxes(0, 1) if orientation >= 5 else image
+    if orientation in (2, 3, 6, 7):
+        turned = turned[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        turned = turned[::-1]
+    return np.ascontiguousarray(turned)
 
 
 def encode_image(image: Picture, suffix: str) -> bytes:

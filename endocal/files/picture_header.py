@@ -27,10 +27,13 @@ SIGNATURE_BYTES = 8
 _JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JPEG_BARE = frozenset((0x01, *range(0xD0, 0xD8)))
 _JPEG_SCAN_END = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
-_JPEG_END, _JPEG_SCAN = 0xD9, 0xDA
+_JPEG_END, _JPEG_SCAN, _JPEG_APP1 = 0xD9, 0xDA, 0xE1
+_EXIF = b"Exif\0\0"
 
 # TIFF: tags, and the byte size and struct letter of the field types that hold sizes and offsets.
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
+_ORIENTATION = 274
+_TAGS = (_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES, _ORIENTATION)
 _TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
 
 _TRUNCATED = "is truncated: the end of the picture is missing"
@@ -38,11 +41,15 @@ _TRUNCATED = "is truncated: the end of the picture is missing"
 
 @dataclass(frozen=True)
 class PictureHeader:
-    """The size in px, and in words what is missing of the file (None: nothing)."""
+    """The size in px of the stored picture, and in words what is missing of the file (None: nothing).
+
+    ``orientation`` is EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8.
+    """
 
     width: int
     height: int
     damage: str | None = None
+    orientation: int = 1
 
 
 def read_header(data: bytes) -> PictureHeader:
@@ -80,28 +87,26 @@ def _read_png(data: bytes) -> PictureHeader:
     length, kind, width, height = struct.unpack_from(">I4sII", data, 8)
     if kind != b"IHDR" or length != 13:
         raise InputError("is damaged: a PNG without a header")
-    return PictureHeader(width, height, _png_damage(data))
-
-
-def _png_damage(data: bytes) -> str | None:
-    at = len(_PNG)
+    orientation, at = 1, len(_PNG)
     while at + 12 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)
         end = at + 12 + length
         if end > len(data):
-            return _TRUNCATED
+            break
         (checksum,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(memoryview(data)[at + 4 : end - 4]) != checksum:
-            return "is damaged: a checksum in it is wrong"
+            return PictureHeader(width, height, "is damaged: a checksum in it is wrong")
+        if kind == b"eXIf":
+            orientation = _exif_orientation(data[at + 8 : end - 4])
         if kind == b"IEND":
-            return None
+            return PictureHeader(width, height, None, orientation)
         at = end
-    return _TRUNCATED
+    return PictureHeader(width, height, _TRUNCATED)
 
 
 def _read_jpeg(data: bytes) -> PictureHeader:
     size: tuple[int, int] | None = None
-    at = 2
+    orientation, at = 1, 2
     while True:
         while data[at] == 0xFF and data[at + 1] == 0xFF:
             at += 1
@@ -117,6 +122,8 @@ def _read_jpeg(data: bytes) -> PictureHeader:
         if marker in _JPEG_FRAMES and size is None:
             height, width = struct.unpack_from(">HH", data, at + 5)
             size = (width, height)
+        if marker == _JPEG_APP1 and data.startswith(_EXIF, at + 4):
+            orientation = _exif_orientation(data[at + 4 + len(_EXIF) : at + 2 + length])
         at += 2 + length
         if marker == _JPEG_SCAN:
             found = _JPEG_SCAN_END.search(data, at)
@@ -125,10 +132,24 @@ def _read_jpeg(data: bytes) -> PictureHeader:
             at = found.start()
     if size is None:
         raise InputError("is damaged: a JPEG without a picture")
-    return PictureHeader(*size, None if data[at + 1 : at + 2] == b"\xd9" else _TRUNCATED)
+    damage = None if data[at + 1 : at + 2] == b"\xd9" else _TRUNCATED
+    return PictureHeader(*size, damage, orientation)
 
 
 def _read_tiff(data: bytes) -> PictureHeader:
+    tags = _tiff_tags(data)
+    if not tags.get(_WIDTH) or not tags.get(_HEIGHT):
+        raise InputError("is damaged: a TIFF without a size")
+    damage = None
+    for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
+        ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))
+        if max(ends, default=0) > len(data):
+            damage = _TRUNCATED
+    return PictureHeader(tags[_WIDTH][0], tags[_HEIGHT][0], damage, _orientation(tags))
+
+
+def _tiff_tags(data: bytes) -> dict[int, tuple[int, ...]]:
+    """Return the tags we know of a TIFF's first directory; EXIF data is a TIFF of its own."""
     order = _TIFF_ORDER[data[:4]]
     big = data[2:4] in (b"+\0", b"\0+")
     (start,) = struct.unpack_from(order + ("Q" if big else "I"), data, 8 if big else 4)
@@ -139,7 +160,7 @@ def _read_tiff(data: bytes) -> PictureHeader:
         at = first + i * step
         tag, kind, length = struct.unpack_from(order + ("HHQ" if big else "HHI"), data, at)
         letter = _TIFF_TYPES.get(kind)
-        if tag not in (_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES) or not letter:
+        if tag not in _TAGS or not letter:
             continue
         if length * struct.calcsize(letter) > len(data):
             raise InputError(_TRUNCATED)
@@ -147,14 +168,20 @@ def _read_tiff(data: bytes) -> PictureHeader:
         if length * struct.calcsize(letter) > (8 if big else 4):
             (values,) = struct.unpack_from(order + ("Q" if big else "I"), data, values)
         tags[tag] = struct.unpack_from(f"{order}{length}{letter}", data, values)
-    if not tags.get(_WIDTH) or not tags.get(_HEIGHT):
-        raise InputError("is damaged: a TIFF without a size")
-    damage = None
-    for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
-        ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))
-        if max(ends, default=0) > len(data):
-            damage = _TRUNCATED
-    return PictureHeader(tags[_WIDTH][0], tags[_HEIGHT][0], damage)
+    return tags
+
+
+def _exif_orientation(exif: bytes) -> int:
+    """Return the orientation that EXIF data gives; 1 where it gives none or is broken."""
+    try:
+        return _orientation(_tiff_tags(exif))
+    except (KeyError, struct.error, InputError):
+        return 1
+
+
+def _orientation(tags: dict[int, tuple[int, ...]]) -> int:
+    value = (tags.get(_ORIENTATION) or (1,))[0]
+    return value if 1 <= value <= 8 else 1
 
 
 def _read_bmp(data: bytes) -> PictureHeader:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from ..errors import OutputError, UsageError
-from ..files import decode_image, encode_image, read_image, write_image
+from ..files import decode_image, encode_image, read_picture_bytes, upright, write_image
 from ..files.images import PICTURE_SUFFIXES, Picture
 from ..files.names import shown
 from ..remap.remapper import Remapper
@@ -28,7 +28,8 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     began = time.monotonic()
     _check(spec)
     name = shown(spec.input)
-    image = read_image(source) if isinstance(source, str) else decode_image(source.read(), name)
+    data = read_picture_bytes(source) if isinstance(source, str) else source.read()
+    image = decode_image(data, name)
     size = (image.shape[1], image.shape[0])
     note = rescaled_note(lens, size, shown(spec.calibration))
     models = model_source(lens, size)
@@ -43,9 +44,10 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
         scale=spec.scale,
         boundary=models.boundaries[0] if len(models.boundaries) == 1 else None,
     )
-    corrected: Picture = remapper.apply(image)
+    # The lens is in the sensor's frame; what is written carries no EXIF tag, so it is turned for the eye.
+    corrected: Picture = upright(remapper.apply(image), data)
     if spec.side_by_side:
-        corrected = _beside(image, corrected)
+        corrected = _beside(upright(image, data), corrected)
     _write(spec, corrected)
     return CorrectionReport(
         input=name,

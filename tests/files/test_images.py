@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from endocal.errors import InputError, OutputError
-from endocal.files import decode_image, encode_image, read_image, write_image
+from endocal.files import decode_image, encode_image, read_image, upright, write_image
 
 SUFFIXES = (".png", ".jpg", ".tif", ".bmp")
 RNG = np.random.default_rng(5)
@@ -83,16 +83,35 @@ def png(header: bytes, chunks: list[tuple[bytes, bytes]]) -> bytes:
     return out
 
 
-def test_the_sensor_frame_is_kept_whatever_exif_says() -> None:
-    smooth = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None], 32, axis=0)
-    plain = picture(".jpg", smooth)
-    # A minimal Exif segment: one IFD with the tag orientation = 6, "turn right by 90 degrees".
-    ifd = struct.pack("<HHHIHHI", 1, 0x0112, 3, 1, 6, 0, 0)
-    exif = b"Exif\0\0II*\0" + struct.pack("<I", 8) + ifd
-    tagged = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + plain[2:]
+def exif(orientation: int, order: str) -> bytes:
+    """EXIF data with one tag: the orientation."""
+    start = b"II*\0" if order == "<" else b"MM\0*"
+    return start + struct.pack(f"{order}IHHHIHHI", 8, 1, 0x0112, 3, 1, orientation, 0, 0)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_the_sensor_frame_is_kept_whatever_exif_says(orientation: int, order: str) -> None:
+    # A corner patch and a ramp: no two of the eight orientations look alike.
+    image = np.repeat(np.linspace(0, 200, 64).astype(np.uint8)[None], 32, axis=0)
+    image[:8, :16] = 255
+    plain = picture(".jpg", image)
+    segment = b"Exif\0\0" + exif(orientation, order)
+    tagged = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(segment) + 2) + segment + plain[2:]
+    stored = decode_image(tagged)
+    assert np.array_equal(stored, decode_image(plain))
+    # OpenCV turns by the tag on its own where it is not told otherwise: an independent truth.
     turned = cv2.imdecode(np.frombuffer(tagged, np.uint8), cv2.IMREAD_GRAYSCALE)
-    assert turned.shape == (64, 32), "the tag of this test is not one that decoders see"
-    assert np.array_equal(decode_image(tagged), decode_image(plain))
+    assert np.array_equal(upright(stored, tagged), turned)
+
+
+def test_orientation_in_png_and_tiff() -> None:
+    rows = zlib.compress(b"".join(b"\0" + bytes([y, y, y]) for y in range(2)))
+    header = struct.pack(">IIBBBBB", 3, 2, 8, 0, 0, 0, 0)
+    data = png(header, [(b"eXIf", exif(6, ">")), (b"IDAT", rows)])
+    assert upright(decode_image(data), data).tolist() == [[1, 0]] * 3
+    plain = picture(".tif", GREY)
+    assert np.array_equal(upright(GREY, plain), GREY)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
