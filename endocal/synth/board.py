@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from ..model import DivisionModel, Points
 from .camera import Camera, ContentCircle, Light, Picture, to_grey_levels
+from .noise import fractal_noise
 from .objects import Highlight, Instrument
 from .pattern import BACKGROUND, Pattern, Pose
+from .rays import offsets, pixel_rays
 from .sampling import Coordinates, pixel_averages
 
 Homography = NDArray[np.float64]
@@ -57,13 +59,13 @@ def render_board(scene: BoardScene) -> Picture:
     """Render the picture: uint8, (h, w) grey, or (h, w, 3) BGR where the camera has a tint."""
     rng = np.random.default_rng(scene.seed)
     camera, model = scene.camera, scene.model
-    texture = _clutter(scene, rng)
+    background = _cloudy_background(scene, rng)
     if scene.comb == (0.0, 0.0):
-        light = camera.focus(_light(scene, texture, (0.0, 0.0)))
+        light = camera.focus(board_light(scene, background))
     else:
-        half = (scene.comb[0] / 2, scene.comb[1] / 2)
-        light = camera.focus(_light(scene, texture, (-half[0], -half[1])))
-        light[1::2] = camera.focus(_light(scene, texture, half))[1::2]
+        dx, dy = scene.comb[0] / 2, scene.comb[1] / 2
+        light = camera.focus(board_light(scene, background, (-dx, -dy)))
+        light[1::2] = camera.focus(board_light(scene, background, (dx, dy)))[1::2]
     level = camera.expose(light, scene.circle, model.pixel_aspect, rng)
     picture = to_grey_levels(level)
     for item in scene.overlays:
@@ -101,8 +103,8 @@ def project(scene: BoardScene, plane: Points) -> Points:
 def plane_coordinates(scene: BoardScene, points: Points) -> Points:
     """Map distorted px (..., 2) to plane coordinates in squares; NaN where the plane is not seen."""
     back = _inverse(homography(scene))
-    offsets = _offsets(scene.model, points[..., 0], points[..., 1])
-    return np.stack(_onto_plane(back, *offsets), axis=-1)
+    ux, uy = offsets(scene.model, points[..., 0], points[..., 1])
+    return np.stack(_onto_plane(back, ux, uy), axis=-1)
 
 
 def visible(scene: BoardScene, points: Points) -> NDArray[np.bool_]:
@@ -117,7 +119,8 @@ def visible(scene: BoardScene, points: Points) -> NDArray[np.bool_]:
             dx, dy = (x - ox) * model.pixel_aspect, y - oy
             seen &= dx * dx + dy * dy < (scene.circle.diameter / 2) ** 2
     for item in scene.instruments:
-        seen &= item.parts(*_offsets(model, x, y), model) == 0
+        ux, uy = offsets(model, x, y)
+        seen &= ~item.covers(ux / scene.pose.focal, uy / scene.pose.focal)
     return seen
 
 
@@ -129,51 +132,41 @@ def homography(scene: BoardScene, shift: tuple[float, float] = (0.0, 0.0)) -> Ho
     return moved @ scene.pose.homography(middle)
 
 
-def _light(scene: BoardScene, texture: Light | None, shift: tuple[float, float]) -> Light:
-    """Average the scene's radiance over each pixel; the frame is widened by the camera's reach."""
+def board_light(
+    scene: BoardScene, background: Light | None = None, shift: tuple[float, float] = (0.0, 0.0)
+) -> Light:
+    """Average the scene's radiance over each pixel, before the camera: float32 (H, W) or (H, W, 3).
+
+    (H, W) is the frame widened by the camera's reach on each side. ``background`` is the radiance seen
+    around the sheet, of that size and grey or BGR; None for the pattern's own, even one. ``shift`` moves the
+    pattern, in undistorted px.
+    """
     model, pattern, reach = scene.model, scene.pattern, scene.camera.reach
     back = _inverse(homography(scene, shift))
-    values = [*pattern.radiances]
-    first = []
-    for item in scene.instruments:
-        first.append(len(values) - 1)
-        values += item.radiances
 
     def labels(x: Coordinates, y: Coordinates) -> NDArray[np.int32]:
-        ux, uy = _offsets(model, x, y)
-        label = pattern.labels(*_onto_plane(back, ux, uy))
-        for start, item in zip(first, scene.instruments, strict=True):
-            part = item.parts(ux, uy, model)
-            label = np.where(part > 0, start + part, label)
-        return label
+        ux, uy = offsets(model, x, y)
+        return pattern.labels(*_onto_plane(back, ux, uy))
 
-    table = np.array(values, np.float32)
-    if texture is not None:
+    table = pattern.radiances
+    if background is not None:
         # Two columns: radiance without the background, and the background's share of the pixel.
         table = np.stack([table, np.zeros_like(table)], axis=1)
-        table[BACKGROUND] = 0, pattern.background
+        table[BACKGROUND] = 0, 1
     w, h = model.size
     light = pixel_averages(labels, table, (-reach, -reach), (h + 2 * reach, w + 2 * reach))
-    if texture is not None:
-        light = light[..., 0] + light[..., 1] * texture
+    if background is not None:
+        own, share = light[..., 0], light[..., 1]
+        if background.ndim == 3:
+            own, share = own[..., None], share[..., None]
+        light = own + share * background
     for spot in scene.highlights:
         spot.add_to(light, (-reach, -reach))
+    if scene.instruments:
+        rays = pixel_rays(model, scene.pose.focal, reach)
+        for item in scene.instruments:
+            item.paint(light, rays)
     return light
-
-
-def _offsets(
-    model: DivisionModel, x: Coordinates, y: Coordinates
-) -> tuple[Coordinates, Coordinates]:
-    """Undistorted offsets from the centre, in square px; NaN beyond the valid radius.
-
-    What ``DivisionModel.undistort`` does, on separate coordinates and in the precision that they have.
-    """
-    dx, dy = (x - model.center[0]) * model.pixel_aspect, y - model.center[1]
-    q = dx * dx + dy * dy
-    with np.errstate(divide="ignore"):
-        scale = 1 / (1 + q * (model.lam + q * model.lam2))
-    scale[q >= model.valid_radius**2] = np.nan
-    return dx * scale, dy * scale
 
 
 def _onto_plane(
@@ -192,14 +185,11 @@ def _inverse(homography: Homography) -> Homography:
     return np.asarray(np.linalg.inv(homography), np.float64)
 
 
-def _clutter(scene: BoardScene, rng: np.random.Generator) -> Light | None:
-    """Cloudiness of the background around 1, float32, over the widened frame; None where there is none."""
+def _cloudy_background(scene: BoardScene, rng: np.random.Generator) -> Light | None:
+    """Cloudy radiance around the sheet, float32, over the widened frame; None where it is even."""
     if scene.clutter == 0:
         return None
     reach = scene.camera.reach
     w, h = (n + 2 * reach for n in scene.model.size)
-    total = np.zeros((h, w), np.float32)
-    for cells, weight in ((4, 1.0), (9, 0.6), (20, 0.3)):
-        coarse = rng.uniform(-1, 1, (cells, cells)).astype(np.float32)
-        total += weight * cv2.resize(coarse, (w, h), interpolation=cv2.INTER_CUBIC)
-    return np.maximum(1 + scene.clutter * total, 0)
+    clouds = fractal_noise(rng, (w, h), {4: 1.0, 9: 0.6, 20: 0.3})
+    return scene.pattern.background * np.maximum(1 + scene.clutter * clouds, 0)

@@ -38,7 +38,8 @@ class Camera:
     ``blur``: sigma of the point spread in px. ``vignetting``: the share of light lost at
     ``vignetting_radius`` px from the circle's (else the frame's) centre, growing with the radius squared.
     ``gamma``: a grey level is 255 * light^(1/gamma). ``black``: the lowest grey level. ``noise``: sigma
-    in grey levels. ``tint``: gains of blue, green and red, or None for a grey picture. ``jpeg``: quality
+    in grey levels. ``tint``: gains of blue, green and red, or None to leave the
+    light as it is (grey light then makes a grey picture). ``jpeg``: quality
     from 1 to 100, or None for no compression.
     """
 
@@ -81,8 +82,9 @@ class Camera:
             np.maximum(gain, 0, out=gain)
         if circle:
             gain *= circle.transmission((w, h), pixel_aspect)
-        if self.tint is not None and light.ndim == 2:
-            light = light[..., None] * np.array(self.tint, np.float32)
+        if self.tint is not None:
+            gray = light[..., None] if light.ndim == 2 else light
+            light = gray * np.array(self.tint, np.float32)
         level = light * (gain if light.ndim == 2 else gain[..., None])
         np.clip(level, 0, 1, out=level)
         if self.gamma != 1:

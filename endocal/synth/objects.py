@@ -1,50 +1,88 @@
-"""What stands between the lens and the pattern: instruments and specular highlights."""
+"""What stands between the lens and the scene: instruments, and their specular highlights."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import DivisionModel
+from .camera import Light
+from .rays import Rays
 from .sampling import Coordinates
 
 
 @dataclass(frozen=True)
 class Instrument:
-    """A straight shaft that reaches from outside the picture to its tip.
+    """A round, straight shaft that reaches from outside the picture to its tip.
 
-    ``tip`` (x, y) is in distorted px; ``angle`` is the direction from the tip to the handle, in degrees
-    from the x axis towards the y axis; ``width`` is in undistorted px at the tip and grows by ``taper``
-    per px towards the handle, which is nearer. ``radiance`` is its body's, 0 to 1; a stripe along the
-    middle third reflects ``shine`` instead. Its edges are straight lines of the scene.
+    ``tip`` (x, y) is the direction in which the tip is seen, in tangents of angles from the optical axis
+    (undistorted px over the focal length); ``angle`` points from the tip to the handle, in degrees from
+    the x axis towards the y axis; ``width`` is the shaft's at the tip, in the same tangents, and grows by
+    ``taper`` of itself per unit of length towards the handle, which is nearer. ``radiance`` is that of the
+    dark shaft, 0 to 1; the last ``jaw`` widths of it are of metal and ``shine``. Its edges are straight
+    lines of the scene.
     """
 
     tip: tuple[float, float]
     angle: float
     width: float
-    taper: float = 0.0005
-    radiance: float = 0.06
-    shine: float = 0.3
+    taper: float = 0.3
+    radiance: float = 0.04
+    shine: float = 0.5
+    jaw: float = 2.5
 
-    @property
-    def radiances(self) -> tuple[float, float, float]:
-        """The radiances of the labels 1, 2 and 3 of ``parts``: one side, the stripe, the other side."""
-        return (self.radiance, self.shine, self.radiance * 0.6)
-
-    def parts(self, x: Coordinates, y: Coordinates, model: DivisionModel) -> NDArray[np.int32]:
-        """Label undistorted offsets (x, y) from the distortion centre, in square px: 0 is beside it."""
-        tip = ((model.undistort(self.tip) - model.center) * (model.pixel_aspect, 1.0)).tolist()
-        c, s = math.cos(math.radians(self.angle)), math.sin(math.radians(self.angle))
+    def covers(self, x: Coordinates, y: Coordinates) -> NDArray[np.bool_]:
+        """Which directions (x, y), in tangents, it hides."""
+        depth, _, _ = self._inside(x, y)
         with np.errstate(invalid="ignore"):
-            along = (x - tip[0]) * c + (y - tip[1]) * s
-            across = (y - tip[1]) * c - (x - tip[0]) * s
-            half = self.width / 2 * (1 + self.taper * along)
-            inside = (along > 0) & (np.abs(across) < half)
-            part = 1 + (across > -half / 3).astype(np.int32) + (across > half / 3)
-        return np.where(inside, part, 0).astype(np.int32)
+            return np.asarray(depth > 0)
+
+    def paint(self, light: Light, rays: Rays) -> None:
+        """Cover light (h, w) or (h, w, 3) with it, in place; edges are smooth over a pixel."""
+        depth, u, along = self._inside(rays.x, rays.y)
+        with np.errstate(invalid="ignore"):
+            share = np.clip(depth / rays.footprint + 0.5, 0, 1)
+        where = np.nonzero(share > 0)  # False for NaN
+        cover, u, along = share[where], np.clip(u[where], -1, 1), along[where]
+        metal = along < self.jaw * self.width
+        level = np.where(metal, 0.5 * self.shine, self.radiance) * (0.3 + 0.7 * np.sqrt(1 - u * u))
+        # The light comes from the lens; a round shaft throws it back along one line.
+        level += np.where(metal, self.shine, 0.3 * self.shine) * np.exp(-(((u + 0.3) / 0.15) ** 2))
+        if light.ndim == 3:
+            level, cover = level[:, None], cover[:, None]
+        light[where] += (cover * (level - light[where])).astype(np.float32)
+
+    def _inside(
+        self, x: Coordinates, y: Coordinates
+    ) -> tuple[Coordinates, Coordinates, Coordinates]:
+        """Depth within the outline, place across the shaft (-1 to 1), and distance from the tip."""
+        c, s = math.cos(math.radians(self.angle)), math.sin(math.radians(self.angle))
+        dx, dy = x - self.tip[0], y - self.tip[1]
+        along, across = dx * c + dy * s, dy * c - dx * s
+        half = self.width / 2 * (1 + self.taper * np.maximum(along, 0))
+        return np.minimum(half - np.abs(across), along), across / half, along
+
+
+@dataclass(frozen=True)
+class MovingInstrument:
+    """An instrument whose tip goes to and fro: by ``reach`` (x, y), in ``period`` s, from ``phase`` on.
+
+    ``phase`` is in parts of a period; the two axes move at slightly different rates.
+    """
+
+    instrument: Instrument
+    reach: tuple[float, float]
+    period: float
+    phase: float = 0.0
+
+    def at(self, time: float) -> Instrument:
+        """Return the instrument as it stands at ``time``, s."""
+        turn = 2 * math.pi * (time / self.period + self.phase)
+        x, y = self.instrument.tip
+        tip = x + self.reach[0] * math.sin(turn), y + self.reach[1] * math.sin(1.3 * turn + 1)
+        return replace(self.instrument, tip=tip)
 
 
 @dataclass(frozen=True)
@@ -55,7 +93,7 @@ class Highlight:
     sigma: float
     strength: float
 
-    def add_to(self, light: NDArray[np.float32], origin: tuple[int, int]) -> None:
+    def add_to(self, light: Light, origin: tuple[int, int]) -> None:
         """Add it in place to ``light`` (h, w), whose first pixel is at the frame's pixel ``origin``."""
         h, w = light.shape
         x, y = self.center[0] - origin[0], self.center[1] - origin[1]

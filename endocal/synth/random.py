@@ -78,7 +78,7 @@ def random_board(seed: int) -> BoardScene:
             break
     return replace(
         placed,
-        instruments=_instruments(rng, middle, reach) if rng.random() < 0.3 else (),
+        instruments=_instruments(rng, placed, middle, reach) if rng.random() < 0.3 else (),
         highlights=_highlights(rng, middle, reach) if rng.random() < 0.4 else (),
         overlays=_overlays(model.size, circle) if rng.random() < 0.5 else (),
         comb=_comb(rng) if rng.random() < 0.15 else (0.0, 0.0),
@@ -193,17 +193,20 @@ def _legible(scene: BoardScene) -> bool:
 
 
 def _instruments(
-    rng: np.random.Generator, middle: tuple[float, float], reach: float
+    rng: np.random.Generator, scene: BoardScene, middle: tuple[float, float], reach: float
 ) -> tuple[Instrument, ...]:
+    model, focal = scene.model, scene.pose.focal
     found = []
     for _ in range(rng.integers(1, 3)):
         direction = rng.uniform(0, 2 * math.pi)
         r = rng.uniform(0.3, 0.8) * reach
+        seen = (middle[0] + r * math.cos(direction), middle[1] + r * math.sin(direction))
+        tip = (model.undistort(seen) - model.center) / focal
         found.append(
             Instrument(
-                tip=(middle[0] + r * math.cos(direction), middle[1] + r * math.sin(direction)),
+                tip=(float(tip[0]), float(tip[1])),
                 angle=math.degrees(direction) + rng.uniform(-30, 30),
-                width=rng.uniform(0.06, 0.16) * reach,
+                width=rng.uniform(0.06, 0.16) * reach / focal,
                 radiance=rng.uniform(0.02, 0.3),
                 shine=rng.uniform(0.2, 0.9),
             )

@@ -204,7 +204,7 @@ def test_fields_of_a_comb_lie_on_either_side_of_the_truth() -> None:
 
 def test_what_is_hidden_is_not_counted_as_visible() -> None:
     circle = ContentCircle((360.0, 270.0), 380.0)
-    shaft = Instrument(tip=(300.0, 250.0), angle=30, width=40, radiance=0.02, shine=0.02)
+    shaft = Instrument(tip=(-0.12, -0.02), angle=30, width=0.08, radiance=0.02, shine=0.02)
     scene = scene_of(LENSES["barrel"], circle=circle, instruments=(shaft,))
     picture = render_board(scene)
     seen = visible(scene, np.stack(np.meshgrid(np.arange(720), np.arange(540)), -1).astype(float))
