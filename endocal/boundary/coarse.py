@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .disc import Box
+from .disc import Box, whole_frame
 from .fit import Circle, consensus_circle
 
 Luma = NDArray[np.uint8]
@@ -105,13 +105,12 @@ def first_circle(
     )
     if circle is None:
         return None
-    half = 0.5 * pixel_aspect
-    frame_right, frame_bottom = samples.size[0] * pixel_aspect - half, samples.size[1] - 0.5
+    frame = whole_frame(samples.size, pixel_aspect)
     box = Box(
-        (x0 - 0.5) * float(ax) if x0 else -half,
-        (y0 - 0.5) * step if y0 else -0.5,
-        (w - x1 - 0.5) * float(ax) if x1 else frame_right,
-        (h - y1 - 0.5) * step if y1 else frame_bottom,
+        (x0 - 0.5) * float(ax) if x0 else frame.left,
+        (y0 - 0.5) * step if y0 else frame.top,
+        (w - x1 - 0.5) * float(ax) if x1 else frame.right,
+        (h - y1 - 0.5) * step if y1 else frame.bottom,
     )
     return circle, box
 

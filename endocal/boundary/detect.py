@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -18,13 +19,13 @@ from numpy.typing import NDArray
 
 from .circle import Boundary
 from .coarse import Luma, Samples, first_circle, thin
-from .disc import Box, disc_area, visible_fraction
+from .disc import Box, disc_area, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
 from .rim import DIRECTIONS, Rim, look
 
-# A rim whose fall is this much in the middle of the window is a step; with less, it may be a fade.
-_SHARP = 0.8
+# A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
+_SHARP = 0.6
 
 
 # Glare has died away this far out, in radii of the circle. From there on the outside is flat: its smoothed
@@ -54,6 +55,13 @@ class BoundarySpec:
     max_bright_outside: float = 0.12  # of the outside: logos and text
 
 
+class Located(NamedTuple):
+    """A boundary, and one standard deviation of its diameter in px."""
+
+    boundary: Boundary
+    diameter_sigma: float
+
+
 def find_boundary(
     image: NDArray[np.uint8] | NDArray[np.uint16],
     pixel_aspect: float = 1.0,
@@ -66,6 +74,17 @@ def find_boundary(
     height. ``guess`` is where the circle was a moment ago: it is looked at first, and saves time when the
     circle is still near there.
     """
+    located = locate_boundary(image, pixel_aspect, spec, guess)
+    return None if located is None else located.boundary
+
+
+def locate_boundary(
+    image: NDArray[np.uint8] | NDArray[np.uint16],
+    pixel_aspect: float = 1.0,
+    spec: BoundarySpec = BoundarySpec(),
+    guess: Boundary | None = None,
+) -> Located | None:
+    """Find the boundary as ``find_boundary`` does, and say how well its diameter is known."""
     luma = _luma(image)
     samples = thin(luma)
     if samples is None or samples.dark.level > spec.max_black:
@@ -73,6 +92,13 @@ def find_boundary(
     h, w = luma.shape
     size = (w * pixel_aspect, float(h))
     radii = (spec.min_diameter * min(size) / 2, spec.max_diameter * math.hypot(*size) / 2)
+    if guess is not None:
+        box = whole_frame(samples.size, pixel_aspect)
+        search = _Search(luma, samples, pixel_aspect, spec, radii)
+        circle = Circle(guess.center[0] * pixel_aspect, guess.center[1], guess.diameter / 2)
+        rim = search.narrow(circle, box)
+        if rim is not None and rim.sharpness > _SHARP and search.is_content_limit(rim, box):
+            return _located(rim, box, pixel_aspect)
     for search in _searches(luma, samples, pixel_aspect, spec, radii):
         found = first_circle(search.samples, pixel_aspect, radii)
         if found is None:
@@ -80,7 +106,7 @@ def find_boundary(
         circle, box = found
         rim = search.measure(circle, box)
         if rim is not None:
-            return _boundary(rim.circle, box, pixel_aspect)
+            return _located(rim, box, pixel_aspect)
     return None
 
 
@@ -192,6 +218,18 @@ class _Search:
             return not dark.has_glare
         low, high = np.percentile(far, (10, 100 * (1 - self.spec.max_bright_outside)))
         return bool(high - low <= _FLAT + dark.noise)
+
+
+def boundary_of(
+    center: tuple[float, float], diameter: float, size: tuple[int, int], pixel_aspect: float = 1.0
+) -> Boundary:
+    """Return the boundary with this circle, (x, y) and px, in a frame of ``size`` (width, height) px."""
+    circle = Circle(center[0] * pixel_aspect, center[1], diameter / 2)
+    return _boundary(circle, whole_frame(size, pixel_aspect), pixel_aspect)
+
+
+def _located(rim: Rim, box: Box, pixel_aspect: float) -> Located:
+    return Located(_boundary(rim.circle, box, pixel_aspect), 2 * rim.radius_sigma)
 
 
 def _boundary(circle: Circle, box: Box, pixel_aspect: float) -> Boundary:

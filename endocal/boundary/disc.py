@@ -18,6 +18,12 @@ class Box(NamedTuple):
     bottom: float
 
 
+def whole_frame(size: tuple[int, int], pixel_aspect: float) -> Box:
+    """Return the box of a frame of ``size`` (width, height) px."""
+    half = 0.5 * pixel_aspect
+    return Box(-half, -0.5, size[0] * pixel_aspect - half, size[1] - 0.5)
+
+
 def visible_fraction(circle: Circle, box: Box) -> float:
     """Return the fraction of the circle's circumference inside the box, 0 to 1."""
     cuts = [0.0, 2 * math.pi]

@@ -23,7 +23,7 @@ _LINE = (-0.16, -0.03)
 _GROWTH = 1.4
 _ROUNDS = 3
 # The crossings' scatter, of the radius: the scene's own brightness bends every single fade.
-_TOLERANCE = 0.03
+_TOLERANCE = 0.02
 
 
 def look_faded(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: float) -> Rim | None:
@@ -65,24 +65,24 @@ def _fit_fade(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: fl
     fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.5, 0.03 * circle.radius)
     if fitted is None:
         return None
-    shift, weight, scale = fitted
-    good = weight > 0.3
+    good = fitted.weight > 0.3
     if np.count_nonzero(good) < 0.06 * DIRECTIONS:
         return None
     average = profile[usable[good]].mean(axis=0)
     reach = _hinge(offsets, average)
     if reach is None or average[0] < _GROWTH * average[_SAMPLES // 3]:
         return None
-    moved = Circle(circle.x + shift.x, circle.y + shift.y, circle.radius + reach)
+    moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + reach)
     return Rim(
         moved,
-        scale,
+        fitted.scale,
+        fitted.radius_sigma,
         len(seen),
         int(np.count_nonzero(is_dark)),
         len(usable),
         int(np.count_nonzero(good)),
         sharpness=0.0,
-        evidence=math.inf if scale <= _TOLERANCE * circle.radius else 0.0,
+        evidence=math.inf if fitted.scale <= _TOLERANCE * circle.radius else 0.0,
     )
 
 

@@ -16,6 +16,7 @@ _JURY = 128
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
+_RADIUS_ALONE = np.array([0.0, 0.0, 1.0])
 _FIT_ROUNDS, _SETTLED = 12, 0.02
 
 
@@ -25,6 +26,19 @@ class Circle(NamedTuple):
     x: float
     y: float
     radius: float
+
+
+class Shift(NamedTuple):
+    """How a circle has to move to meet its rim: ``by`` (dx, dy, dr), and how well the rim then agrees.
+
+    ``weight`` (n,) is 0 to 1 per rim point, ``scale`` their robust standard deviation about the circle in
+    px, ``radius_sigma`` the standard deviation of the radius that follows from it.
+    """
+
+    by: Circle
+    weight: Array
+    scale: float
+    radius_sigma: float
 
 
 def _low_discrepancy(rows: int) -> Array:
@@ -94,14 +108,13 @@ def _algebraic_circle(x: Array, y: Array, around: Circle) -> Circle | None:
 
 def fit_offsets(
     cosine: Array, sine: Array, offset: Array, floor: float, reach: float
-) -> tuple[Circle, Array, float] | None:
+) -> Shift | None:
     """Fit the shift (dx, dy, dr) of a circle to radial ``offset`` (n,) of its rim at n directions.
 
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
     one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
     below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
-    Returns the shift, the weights (n,) in 0 to 1 and the residual scale, or None where the directions do
-    not fix a circle.
+    None where the directions do not fix a circle.
     """
     if len(offset) < 5:
         return None
@@ -125,7 +138,12 @@ def fit_offsets(
         weight = absolute * np.float32(1 / (_TUKEY * limit))
         weight = np.maximum(1 - weight * weight, 0)
         weight *= weight
-    return Circle(*shift.tolist()), weight, scale
+    weighted = rows * weight
+    variance = _solve(weighted @ rows.T, _RADIUS_ALONE)
+    if variance is None:
+        return None
+    sigma = scale * math.sqrt(max(float(variance[2]), 0.0))
+    return Shift(Circle(*shift.tolist()), weight, scale, sigma)
 
 
 def _solve(matrix: NDArray, right: NDArray) -> NDArray[np.float64] | None:

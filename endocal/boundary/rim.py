@@ -36,6 +36,7 @@ class Rim(NamedTuple):
 
     circle: Circle
     scale: float  # px, robust standard deviation of the rim points about the circle
+    radius_sigma: float  # px, of the radius, from that
     visible: int  # radii that stay in the frame
     dark: int  # of which it is dark outside
     edges: int  # of which, besides, there is a fall from content to dark
@@ -134,15 +135,15 @@ def look(
     fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.25 * spacing, half / 3)
     if fitted is None:
         return None
-    shift, weight, scale = fitted
-    moved = Circle(circle.x + shift.x, circle.y + shift.y, circle.radius + shift.radius)
-    count = int(np.count_nonzero(weight > 0.3))
+    moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + fitted.by.radius)
+    count = int(np.count_nonzero(fitted.weight > 0.3))
     # An edge that has nothing to do with the circle lies anywhere in the window; on the circle it lies
     # within the width that the weights accept.
-    gain = (half - _MEAN * spacing) / (_ACCEPTED * scale)
+    gain = (half - _MEAN * spacing) / (_ACCEPTED * fitted.scale)
     return Rim(
         moved,
-        scale,
+        fitted.scale,
+        fitted.radius_sigma,
         len(seen),
         int(np.count_nonzero(is_dark)),
         len(usable),
