@@ -73,6 +73,8 @@ def main() -> None:
             signal.signal(number, _terminate)
     if not sys.warnoptions and not _debugging():
         warnings.simplefilter("ignore")
+        # Read when OpenCV is loaded, which is later: what it would say of a bad file, our one line says.
+        os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     sys.exit(run(sys.argv[1:]))
 
 

@@ -7,9 +7,7 @@ own frame, which is also what a video of the same camera holds. ``upright`` turn
 
 from __future__ import annotations
 
-import contextlib
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -100,11 +98,10 @@ def decode_image(data: bytes, name: str = "<picture>") -> Picture:
         raise InputError(f"{name}: {size} px is too small to be a picture of anything")
     if header.damage:
         raise InputError(f"{name}: {header.damage}")
-    with _quiet():
-        try:
-            image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), _READ)
-        except (cv2.error, MemoryError):
-            image = None
+    try:
+        image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), _READ)
+    except (cv2.error, MemoryError):
+        image = None
     if image is None:
         raise InputError(
             f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read"
@@ -160,15 +157,3 @@ def _without_alpha(image: Any) -> Picture:
     elif image.ndim == 3 and image.shape[2] in (1, 2):
         image = image[:, :, 0]
     return np.ascontiguousarray(image)
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep OpenCV from writing its own lines to stderr about a file that we report on."""
-    log = cv2.utils.logging
-    before = log.getLogLevel()
-    log.setLogLevel(log.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        log.setLogLevel(before)

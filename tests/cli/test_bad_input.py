@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import wave
 from collections.abc import Callable
 from pathlib import Path
@@ -123,6 +124,17 @@ def test_a_picture_that_is_cut_short(
     whole = (folder / "picture.png").read_bytes()
     (folder / "bad.png").write_bytes(whole[: int(len(whole) * share)])
     correct(endocal, folder, words, input="bad.png", output="out.png")
+
+
+def test_the_decoder_adds_no_lines_of_its_own(endocal_process: Runner, folder: Path) -> None:
+    # A TIFF whose header is sound and whose compression nobody knows: OpenCV would log three lines.
+    whole = bytearray(cv2.imencode(".tif", np.zeros((40, 60), np.uint8))[1].tobytes())
+    entry = whole.index(struct.pack("<HHI", 259, 3, 1))
+    whole[entry + 8 : entry + 10] = struct.pack("<H", 9999)
+    (folder / "bad.tif").write_bytes(whole)
+    before = set(folder.rglob("*"))
+    names = [folder / "bad.tif", "-o", folder / "out.png", "-c", folder / "cal.toml"]
+    refused(endocal_process("correct", *names), folder, before, "bad.tif: cannot be decoded")
 
 
 def test_a_picture_of_one_pixel(endocal: Runner, folder: Path) -> None:
