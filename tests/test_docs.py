@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import re
 import runpy
 from pathlib import Path
@@ -50,3 +52,16 @@ def test_messages_that_the_troubleshooting_explains_exist() -> None:
     assert messages
     for message in messages:
         assert message in joined, message
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_functions_that_the_pages_name_exist(page: Path) -> None:
+    for name in re.findall(r"`(endocal(?:\.\w+)+)(?:\(.*?\))?`", page.read_text()):
+        parts = name.split(".")
+        for cut in range(len(parts), 0, -1):
+            with contextlib.suppress(ModuleNotFoundError):
+                found: object = importlib.import_module(".".join(parts[:cut]))
+                break
+        for attribute in parts[cut:]:
+            assert hasattr(found, attribute), f"{page.name} names {name}"
+            found = getattr(found, attribute)
