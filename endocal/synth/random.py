@@ -26,9 +26,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import DivisionModel, Points
-from .board import BoardScene, Overlay, plane_coordinates, true_corners, visible
+from ..model import DivisionModel
+from .board import BoardScene, Overlay, true_corners
 from .camera import Camera, ContentCircle
+from .framing import covering
 from .objects import Highlight, Instrument
 from .pattern import Pattern, Pose
 
@@ -144,38 +145,11 @@ def _place(
     share = rng.uniform(0.3, 0.75)
     pattern = replace(scene.pattern, cols=int(lines[0]) + 1, rows=int(lines[1]) + 1)
     scene = replace(scene, pattern=pattern, pose=pose)
-    square = _square_for_share(scene, share)
-    if square is None:
-        return None
-    if cut and rng.random() < 0.5:
-        square *= rng.uniform(1.0, 1.4)
-    return replace(scene, pose=replace(pose, square=square))
-
-
-def _square_for_share(scene: BoardScene, share: float) -> float | None:
-    """Find the size of a square, in px, at which the pattern covers ``share`` of the content."""
-    points = _content_points(scene)
-    half = np.array([scene.pattern.cols, scene.pattern.rows]) / 2
-    low, high = 1.0, 2.0 * max(scene.model.size)
-
-    def covered(square: float) -> float:
-        plane = plane_coordinates(replace(scene, pose=replace(scene.pose, square=square)), points)
-        return float(np.mean(np.all(np.abs(plane) < half, axis=-1)))
-
-    if covered(high) < share:
-        return None
-    for _ in range(20):
-        square = math.sqrt(low * high)
-        low, high = (low, square) if covered(square) >= share else (square, high)
-    return high
-
-
-def _content_points(scene: BoardScene) -> Points:
-    """A grid of visible points, (n, 2) px."""
-    w, h = scene.model.size
-    x, y = np.meshgrid(np.linspace(0, w - 1, 48), np.linspace(0, h - 1, 36))
-    points = np.stack([x, y], axis=-1)
-    return points[visible(scene, points)]
+    placed = covering(scene, share)
+    if placed is not None and cut and rng.random() < 0.5:
+        square = placed.pose.square * rng.uniform(1.0, 1.4)
+        return replace(placed, pose=replace(placed.pose, square=square))
+    return placed
 
 
 def _legible(scene: BoardScene) -> bool:

@@ -1,0 +1,77 @@
+"""How zoom and eye move over a clip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ..errors import UsageError
+from .tissue import Eye
+
+
+@dataclass(frozen=True)
+class ZoomPath:
+    """Zooms at given times: (s, zoom) pairs with increasing times.
+
+    Between two of them the zoom goes evenly in ratio, starting and ending gently; before the first and
+    after the last it stays.
+    """
+
+    keys: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        if not self.keys or any(zoom <= 0 for _, zoom in self.keys):
+            raise UsageError("a zoom path needs zooms, each above 0")
+        if any(b[0] <= a[0] for a, b in pairwise(self.keys)):
+            raise UsageError("the times of a zoom path must increase")
+
+    def at(self, time: float) -> float:
+        """Return the zoom at ``time``, s."""
+        if time <= self.keys[0][0]:
+            return self.keys[0][1]
+        for (t0, z0), (t1, z1) in pairwise(self.keys):
+            if time < t1:
+                s = (time - t0) / (t1 - t0)
+                return z0 * (z1 / z0) ** (s * s * (3 - 2 * s))
+        return self.keys[-1][1]
+
+
+def zoom_path(zooms: Sequence[float], duration: float) -> ZoomPath:
+    """Return the path through ``zooms``, evenly spread over ``duration`` s; equal neighbours are a rest."""
+    step = duration / max(len(zooms) - 1, 1)
+    return ZoomPath(tuple((i * step, z) for i, z in enumerate(zooms)))
+
+
+@dataclass(frozen=True)
+class EyeMotion:
+    """A held endoscope: it sways, and may go towards the tissue and back.
+
+    ``sway`` (x, y, z) in units of the distance to the tissue, ``turn`` (yaw, pitch, roll) in degrees, both
+    amplitudes with ``period`` s; ``approach`` is how far it has gone towards the tissue by the middle of
+    ``duration`` s.
+    """
+
+    sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    period: float = 6.0
+    approach: float = 0.0
+    duration: float = 1.0
+
+    def at(self, time: float) -> Eye:
+        """Return the eye at ``time``, s."""
+        phase = 2 * math.pi * time / self.period
+
+        def swing(rate: float, start: float) -> float:
+            return math.sin(rate * phase + start)
+
+        x, y, z = self.sway
+        yaw, pitch, roll = self.turn
+        near = self.approach * math.sin(math.pi * min(max(time / self.duration, 0), 1)) ** 2
+        return Eye(
+            (x * swing(1.0, 0.0), y * swing(0.8, 1.0), z * swing(0.6, 2.0) + near),
+            yaw * swing(0.9, 0.5),
+            pitch * swing(0.7, 2.5),
+            roll * swing(0.5, 4.0),
+        )
