@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from .disc import Box, whole_frame
 from .fit import Circle, consensus_circle
-
-Luma = NDArray[np.uint8]
+from .frame import Frame
 
 # Lines of samples to aim at; a frame is thinned by nearest neighbour to about this height.
 _LINES = 135
@@ -46,23 +45,22 @@ class Dark(NamedTuple):
 class Samples(NamedTuple):
     """Every ``step``-th pixel of a frame, smoothed: sample [i, j] is at row i step, column j step."""
 
-    values: Luma
+    values: NDArray[np.uint8]
     step: int
-    size: tuple[int, int]
     dark: Dark
 
 
-def thin(luma: Luma) -> Samples | None:
+def thin(frame: Frame) -> Samples | None:
     """Thin the frame out and find the black outside; None where no corner is dark and flat.
 
     A circle that leaves anything outside it in the frame leaves a corner outside, since the corners'
     convex hull is the frame.
     """
-    step = max(1, round(min(luma.shape) / _LINES))
-    raw = np.ascontiguousarray(luma[::step, ::step])
+    step = max(1, round(min(frame.size) / _LINES))
+    raw = np.ascontiguousarray(frame.luma[::step, ::step] // frame.unit, dtype=np.uint8)
     if min(raw.shape) < 4 * _CORNER:
         return None
-    values: Luma = cv2.blur(raw, (3, 3)).astype(np.uint8, copy=False)
+    values = cv2.blur(raw, (3, 3)).astype(np.uint8, copy=False)
     k = _CORNER
     corners = np.stack([raw[:k, :k], raw[:k, -k:], raw[-k:, :k], raw[-k:, -k:]])
     corners = np.sort(corners.reshape(4, k * k), axis=1)
@@ -70,12 +68,11 @@ def thin(luma: Luma) -> Samples | None:
     level = float(darkest[k * k // 2])
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
     noise = max(float(darkest[int(k * k * 0.84)]) - level, 0.5)
-    size = (luma.shape[1], luma.shape[0])
-    return Samples(values, step, size, Dark(level, noise, 0.0).raised(0.0))
+    return Samples(values, step, Dark(level, noise, 0.0).raised(0.0))
 
 
 def first_circle(
-    samples: Samples, pixel_aspect: float, radii: tuple[float, float]
+    frame: Frame, samples: Samples, radii: tuple[float, float]
 ) -> tuple[Circle, Box] | None:
     """Fit a circle to where rows and columns first meet content, coming from outside.
 
@@ -99,18 +96,18 @@ def first_circle(
     y = np.concatenate(
         (rows[keep_left], rows[keep_right], top[keep_top], h - 1 - bottom[keep_bottom])
     )
-    ax = np.float32(pixel_aspect * step)
+    ax = np.float32(frame.pixel_aspect * step)
     circle = consensus_circle(
         x.astype(np.float32) * ax, y.astype(np.float32) * np.float32(step), radii, 1.5 * step
     )
     if circle is None:
         return None
-    frame = whole_frame(samples.size, pixel_aspect)
+    whole = whole_frame(frame.size, frame.pixel_aspect)
     box = Box(
-        (x0 - 0.5) * float(ax) if x0 else frame.left,
-        (y0 - 0.5) * step if y0 else frame.top,
-        (w - x1 - 0.5) * float(ax) if x1 else frame.right,
-        (h - y1 - 0.5) * step if y1 else frame.bottom,
+        (x0 - 0.5) * float(ax) if x0 else whole.left,
+        (y0 - 0.5) * step if y0 else whole.top,
+        (w - x1 - 0.5) * float(ax) if x1 else whole.right,
+        (h - y1 - 0.5) * step if y1 else whole.bottom,
     )
     return circle, box
 

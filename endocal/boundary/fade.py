@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from .coarse import Dark, Luma
+from .coarse import Dark
 from .disc import Box
 from .fit import Circle, fit_offsets
+from .frame import Frame
 from .rim import DIRECTIONS, Rim, directions, inside_box, profiles
 
 Array = NDArray[np.float32]
@@ -26,7 +27,7 @@ _ROUNDS = 3
 _TOLERANCE = 0.02
 
 
-def look_faded(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: float) -> Rim | None:
+def look_faded(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None:
     """Fit the circle to where straight lines through the fade reach black; None where nothing fades.
 
     The lines give the centre; the radius comes from the mean of all profiles, which has little noise left:
@@ -34,20 +35,20 @@ def look_faded(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: f
     """
     rim = None
     for _ in range(_ROUNDS):
-        rim = _fit_fade(luma, circle, box, dark, pixel_aspect)
+        rim = _fit_fade(frame, circle, box, dark)
         if rim is None:
             return None
         circle = rim.circle
     return rim
 
 
-def _fit_fade(luma: Luma, circle: Circle, box: Box, dark: Dark, pixel_aspect: float) -> Rim | None:
+def _fit_fade(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None:
     relative = np.linspace(_INNER, _OUTER, _SAMPLES, dtype=np.float32)
     offsets = relative * np.float32(circle.radius)
     seen = np.flatnonzero(inside_box(circle, float(offsets[-1]), box))
     if len(seen) < 0.06 * DIRECTIONS:
         return None
-    profile = profiles(luma, circle, offsets, pixel_aspect)[seen] - np.float32(dark.level)
+    profile = profiles(frame, circle, offsets)[seen] - np.float32(dark.level)
     line = (relative >= _LINE[0]) & (relative <= _LINE[1])
     t = offsets[line]
     centered = t - t.mean()

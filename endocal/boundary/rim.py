@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .coarse import Dark, Luma
+from .coarse import Dark
 from .disc import Box
 from .fit import Circle, fit_offsets
+from .frame import Frame
 
 Array = NDArray[np.float32]
 
@@ -67,16 +68,23 @@ def _edge_operator() -> Array:
     return operator
 
 
-def profiles(luma: Luma, circle: Circle, offsets: Array, pixel_aspect: float) -> Array:
-    """Sample along every radius, at ``circle.radius + offsets`` px: float32 (DIRECTIONS, len(offsets))."""
+def profiles(frame: Frame, circle: Circle, offsets: Array) -> Array:
+    """Sample along every radius, at ``circle.radius + offsets`` px: float32 (DIRECTIONS, len(offsets)).
+
+    In 8-bit levels; beyond the frame its last pixels go on.
+    """
     cosine, sine = directions()
     radius = offsets + np.float32(circle.radius)
-    map_x = cosine[:, None] * (radius / np.float32(pixel_aspect))
-    map_x += np.float32(circle.x / pixel_aspect)
+    map_x = cosine[:, None] * (radius / np.float32(frame.pixel_aspect))
+    map_x += np.float32(circle.x / frame.pixel_aspect)
     map_y = sine[:, None] * radius
     map_y += np.float32(circle.y)
-    sampled = cv2.remap(luma, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return sampled.astype(np.float32)
+    sampled = cv2.remap(
+        frame.luma, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    ).astype(np.float32)
+    if frame.unit > 1:
+        sampled *= np.float32(1 / frame.unit)
+    return sampled
 
 
 def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:
@@ -97,9 +105,7 @@ def _inside(
     )
 
 
-def look(
-    luma: Luma, circle: Circle, half: float, box: Box, dark: Dark, pixel_aspect: float
-) -> Rim | None:
+def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim | None:
     """Fit the circle to the steepest fall from content to dark within ``half`` px of it.
 
     None when too few directions show such a fall.
@@ -109,7 +115,7 @@ def look(
     seen = np.flatnonzero(inside_box(circle, _MARGIN * half, box))
     if len(seen) < 6:
         return None
-    profile = profiles(luma, circle, offsets, pixel_aspect)[seen]
+    profile = profiles(frame, circle, offsets)[seen]
     edges = profile @ _edge_operator()
     at = edges.argmax(axis=1)
     rows = np.arange(len(seen))

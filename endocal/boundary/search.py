@@ -1,0 +1,183 @@
+"""The search of one frame: from a first circle to a rim, and whether that rim is the content's limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .coarse import Samples, first_circle
+from .disc import Box, visible_fraction, whole_frame
+from .fade import look_faded
+from .fit import Circle
+from .frame import Frame
+from .rim import DIRECTIONS, Rim, look
+
+# A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
+_SHARP = 0.6
+# A rim found further off than this, in halves of the window, is looked at again from where it is.
+_NEAR = 0.25
+# The least radii, of all that are looked along, on which a circle may rest.
+_LEAST_SUPPORT = 0.06 * DIRECTIONS
+# Glare has died away this far out, in radii of the circle; from there on the outside is within this many
+# levels of its darkest corner, and half a standard deviation of the noise. To judge that takes this many
+# samples.
+_FAR, _FLAT, _ENOUGH = 1.12, 4.0, 12
+
+
+@dataclass(frozen=True)
+class BoundarySpec:
+    """What counts as a visible circle.
+
+    Diameters are bounded by fractions of the frame's shorter side and of its diagonal. Of the
+    circumference, ``min_visible`` must lie in the frame; of that, the rim must be seen over ``min_support``.
+    Of the edges that are met from outside, ``min_agreement`` must lie on the circle, and so well that the
+    natural logarithm of the odds against chance is ``min_evidence``. The darkest corner must be below
+    ``max_black`` (of 255), and of the outside no more than ``max_bright_outside`` be brighter: logos and
+    text. ``glare`` are shares of the way from black to bright content that the outside near the circle may
+    reach when nothing is found without.
+    """
+
+    min_diameter: float = 0.25
+    max_diameter: float = 1.5
+    min_visible: float = 0.10
+    min_support: float = 0.30
+    min_agreement: float = 0.60
+    min_evidence: float = 14.0
+    max_black: float = 64.0
+    max_bright_outside: float = 0.12
+    glare: tuple[float, ...] = (0.10, 0.25)
+
+
+@dataclass(frozen=True)
+class Search:
+    """A frame, its samples, and the ways to measure and to judge a circle on it."""
+
+    frame: Frame
+    samples: Samples
+    spec: BoundarySpec
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """The least and the largest radius, px."""
+        size = self.frame.square_size
+        return (
+            self.spec.min_diameter * min(size) / 2,
+            self.spec.max_diameter * math.hypot(*size) / 2,
+        )
+
+    def near(self, circle: Circle) -> tuple[Rim, Box] | None:
+        """Find the rim where it is expected; None where it is not there, or not plainly so."""
+        box = whole_frame(self.frame.size, self.frame.pixel_aspect)
+        rim = self._narrow(circle, box)
+        return (rim, box) if self._is_plain(rim, box) and rim is not None else None
+
+    def anywhere(self) -> tuple[Rim, Box] | None:
+        """Find the rim from the samples alone."""
+        for search in self._with_glare():
+            found = first_circle(self.frame, search.samples, self.radii)
+            if found is None:
+                continue
+            circle, box = found
+            rim = search._measure(circle, box)
+            if rim is not None:
+                return rim, box
+        return None
+
+    def _with_glare(self) -> Iterator[Search]:
+        """Yield this search, and then those that bear glare outside the circle."""
+        yield self
+        dark = self.samples.dark
+        bright = float(np.percentile(self.samples.values, 95))
+        last = dark.threshold
+        for share in self.spec.glare:
+            threshold = dark.level + share * (bright - dark.level)
+            if threshold > 1.2 * last:
+                last = threshold
+                samples = self.samples._replace(dark=dark.raised(threshold))
+                yield Search(self.frame, samples, self.spec)
+
+    def _measure(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure the rim near a first circle; None where it is no limit of the content."""
+        rim = self._narrow(circle, box)
+        if self._is_plain(rim, box):
+            return rim
+        # The faded rim comes first: the slope of a fade passes for a soft step, further in.
+        faded = look_faded(self.frame, circle, box, self.samples.dark)
+        if self._is_content_limit(faded, box):
+            return faded
+        wide = self._wide(circle, box)
+        sharp = None if wide is None else self._narrow(wide.circle, box)
+        for again in (rim, sharp, wide):
+            if self._is_content_limit(again, box):
+                return again
+        return None
+
+    def _narrow(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure the rim of a circle that is known to about a sample."""
+        return self._look_twice(
+            circle, max(6.0, 1.5 * self.samples.step, 0.02 * circle.radius), box
+        )
+
+    def _wide(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure a soft rim, or one whose glow or unevenness led the first circle astray."""
+        return self._look_twice(
+            circle, max(12.0, 3.0 * self.samples.step, 0.06 * circle.radius), box
+        )
+
+    def _look_twice(self, circle: Circle, half: float, box: Box) -> Rim | None:
+        """Measure the rim, and again from there where it lies far off in the window."""
+        rim = look(self.frame, circle, half, box, self.samples.dark)
+        if rim is None or math.dist(rim.circle, circle) < _NEAR * half:
+            return rim
+        return look(self.frame, rim.circle, half, box, self.samples.dark)
+
+    def _is_plain(self, rim: Rim | None, box: Box) -> bool:
+        return rim is not None and rim.sharpness > _SHARP and self._is_content_limit(rim, box)
+
+    def _is_content_limit(self, rim: Rim | None, box: Box) -> bool:
+        """Tell the content's limit from a round thing in the picture.
+
+        The circle must be seen over enough of itself, few edges may contradict it, and everything
+        outside it, near and far, must be as dark as the darkest corner.
+        """
+        if rim is None:
+            return False
+        spec, circle, radii = self.spec, rim.circle, self.radii
+        return (
+            radii[0] <= circle.radius <= radii[1]
+            and visible_fraction(circle, box) >= spec.min_visible
+            and rim.on_circle >= max(spec.min_support * rim.visible, _LEAST_SUPPORT)
+            and rim.on_circle >= spec.min_agreement * rim.edges
+            and rim.dark >= (1 - spec.max_bright_outside) * rim.visible
+            and rim.evidence >= spec.min_evidence
+            and self._is_dark_outside(circle)
+        )
+
+    def _is_dark_outside(self, circle: Circle) -> bool:
+        """Say whether the samples outside are dark.
+
+        Glare is borne near the circle, but must have died away further out: else it is a dark scene about
+        something round.
+        """
+        values, step, dark = self.samples
+        thinned = values[::2, ::2]
+        apart = np.float32(2 * step)
+        x = np.arange(thinned.shape[1], dtype=np.float32) * (
+            apart * np.float32(self.frame.pixel_aspect)
+        ) - np.float32(circle.x)
+        y = np.arange(thinned.shape[0], dtype=np.float32) * apart - np.float32(circle.y)
+        distance2 = x * x + (y * y)[:, None]
+        near = distance2 > (1.02 * circle.radius + 2 * step) ** 2
+        if not self._is_below(thinned[near], dark.threshold):
+            return False
+        far = thinned[distance2 > (_FAR * circle.radius) ** 2]
+        if len(far) < _ENOUGH:
+            return not dark.has_glare
+        return self._is_below(far, dark.level + _FLAT + dark.noise / 2)
+
+    def _is_below(self, values: np.ndarray, threshold: float) -> bool:
+        bright = np.count_nonzero(values > threshold)
+        return int(bright) <= self.spec.max_bright_outside * len(values)
