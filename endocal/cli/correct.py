@@ -58,6 +58,11 @@ Container = Annotated[
     str | None,
     _encoding("--format", metavar="NAME", help="Container of a pipe: y4m, matroska, mpegts."),
 ]
+Lookup = Annotated[str, _picture(help="How a zoom table is read: auto, diameter, area.")]
+AssumeDiameter = Annotated[
+    float | None,
+    _picture("--assume-diameter", help="Diameter of the visible circle, px, until one is seen."),
+]
 ZoomLog = Annotated[
     str | None, _files("--zoom-log", help="Write the zoom of each frame here (.csv or .jsonl).")
 ]
@@ -87,6 +92,8 @@ def command(
     keep_sar: KeepSar = False,
     side_by_side: SideBySide = False,
     deinterlace: Deinterlace = "auto",
+    lookup: Lookup = "auto",
+    assume_diameter: AssumeDiameter = None,
     device: Device = "auto",
     codec: Codec = None,
     crf: Crf = None,
@@ -123,6 +130,8 @@ def command(
         deinterlace=deinterlace,
         encoder=EncoderChoice(codec, crf, preset, pix_fmt, _pairs(codec_option or [])),
         container_format=container,
+        lookup=lookup,
+        assume_diameter=assume_diameter,
         zoom_log=zoom_log,
         zoom_from=zoom_from,
         overwrite=overwrite,

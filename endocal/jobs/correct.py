@@ -9,6 +9,7 @@ from ..errors import UsageError
 from ..files import load
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..video.encoder import EncoderChoice
+from ..zoom.table import LOOKUPS, ZoomTable
 from .pipe import PipeInput
 
 DEINTERLACE = ("auto", "off", "frame", "field")
@@ -25,8 +26,10 @@ class CorrectionSpec:
     ``input`` and ``output`` are paths, or ``-`` for standard input and output; ``calibration`` is the path
     of a calibration or a zoom table. ``size`` is the output's (width, height) in px and ``scale`` its
     magnification; ``container_format`` the output's container by FFmpeg's name, needed only for a pipe.
-    ``zoom_log`` is written, and ``zoom_from`` read instead of measuring the zoom (CSV or JSON lines).
-    ``allow_protocols`` names the protocols that an input may open besides its own file.
+    ``lookup`` is how a zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the
+    visible circle, holds until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of
+    measuring the zoom (CSV or JSON lines). ``allow_protocols`` names the protocols that an input may open
+    besides its own file.
     """
 
     input: str
@@ -42,6 +45,8 @@ class CorrectionSpec:
     deinterlace: str = "auto"
     encoder: EncoderChoice = field(default_factory=EncoderChoice)
     container_format: str | None = None
+    lookup: str = "auto"
+    assume_diameter: float | None = None
     zoom_log: str | None = None
     zoom_from: str | None = None
     overwrite: bool = False
@@ -54,6 +59,8 @@ class CorrectionSpec:
             raise UsageError(
                 f"--deinterlace {self.deinterlace}: it is one of {', '.join(DEINTERLACE)}"
             )
+        if self.lookup not in LOOKUPS:
+            raise UsageError(f"--lookup {self.lookup}: it is one of {', '.join(LOOKUPS)}")
         if self.size is not None and self.scale is not None:
             raise UsageError("--size and --scale exclude each other")
         if self.input == PIPE and self.calibration == PIPE:
@@ -104,6 +111,8 @@ def correct(
     what to do; with ``strict``, for damage too that is otherwise only a warning.
     """
     lens = load(spec.calibration)
+    if not isinstance(lens, ZoomTable):
+        _refuse_zoom_options(spec)
     source = PipeInput() if spec.input == PIPE else spec.input
     if _holds_picture(source):
         from .correct_picture import correct_picture
@@ -112,6 +121,19 @@ def correct(
     from .correct_video import correct_video
 
     return correct_video(spec, lens, source, progress)
+
+
+def _refuse_zoom_options(spec: CorrectionSpec) -> None:
+    for option, given in (
+        ("--zoom-log", spec.zoom_log is not None),
+        ("--zoom-from", spec.zoom_from is not None),
+        ("--assume-diameter", spec.assume_diameter is not None),
+        ("--lookup", spec.lookup != "auto"),
+    ):
+        if given:
+            raise UsageError(
+                f"{option} needs a zoom table, and {spec.calibration} is a calibration"
+            )
 
 
 def _holds_picture(source: str | PipeInput) -> bool:

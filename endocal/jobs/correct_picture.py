@@ -15,8 +15,9 @@ from ..files import decode_image, encode_image, read_picture_bytes, upright, wri
 from ..files.images import PICTURE_SUFFIXES, Picture
 from ..files.names import shown
 from ..remap.remapper import Remapper
+from ..zoom.follow import FollowSpec
 from .correct import PIPE, CorrectionReport, CorrectionSpec
-from .lens import Lens, model_source, rescaled_note
+from .lens import Lens, fit_lens, model_source
 from .pipe import PipeInput
 
 # A picture on a pipe has no suffix to name its kind.
@@ -31,8 +32,8 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     data = read_picture_bytes(source) if isinstance(source, str) else source.read()
     image = decode_image(data, name)
     size = (image.shape[1], image.shape[0])
-    note = rescaled_note(lens, size, shown(spec.calibration))
-    models = model_source(lens, size)
+    lens, note = fit_lens(lens, size, None, shown(spec.calibration))
+    models = model_source(lens, FollowSpec(spec.lookup, spec.assume_diameter))
     luma = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
     model = models.model(luma, None)
     remapper = Remapper(

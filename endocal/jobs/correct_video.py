@@ -9,20 +9,24 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import BinaryIO
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 from ..files import atomic_output
 from ..files.names import shown
 from ..remap.engine import FrameRemapper
 from ..remap.geometry import OutputGeometry, output_geometry
-from ..remap.layout import frame_layout
+from ..remap.layout import FrameLayout, frame_layout, supported
 from ..video.frames import plane_views
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
 from ..video.writer import OutputPicture, VideoWriter
+from ..zoom.follow import FollowSpec
 from .correct import PIPE, CorrectionReport, CorrectionSpec, Progress
-from .lens import Lens, ModelSource, model_source, rescaled_note
+from .lens import Lens, ModelSource, fit_lens, model_source
 from .pipe import PipeInput
+from .side_by_side import SideBySide
+from .whole_frames import WholeFrames
+from .zoom_log import RecordedZoom, ZoomLog, zoom_log
 
 
 def correct_video(
@@ -34,81 +38,123 @@ def correct_video(
     """Correct a video; see ``correct``."""
     began = time.monotonic()
     name = shown(spec.input)
-    with VideoReader(source, name=name, allow_protocols=spec.allow_protocols) as reader:
-        info = reader.info
-        notes = [n for n in (rescaled_note(lens, info.size, shown(spec.calibration)),) if n]
-        models = model_source(lens, info.size)
-        layout = frame_layout(
-            info.pix_fmt,
-            info.size,
-            full_range=info.full_range,
-            chroma_location=info.colour.chroma_location or "unspecified",
-        )
-        geometry = _geometry(spec, info, models)
-        remapper = FrameRemapper(layout, geometry, spec.interpolation, spec.device)
-        picture = OutputPicture(geometry.size, info.pix_fmt, _out_aspect(geometry))
-        with (
-            _target(spec) as target,
-            VideoWriter(
+    with VideoReader(
+        source, name=name, accepts=supported, allow_protocols=spec.allow_protocols
+    ) as reader:
+        whole = WholeFrames(reader, spec.deinterlace)
+        info = whole.info
+        aspect = None if info.sample_aspect is None else float(info.sample_aspect)
+        lens, note = fit_lens(lens, info.size, aspect, shown(spec.calibration))
+        with _zoom_log(spec) as log, _target(spec) as target:
+            models = _models(spec, lens, log)
+            corrector = _Corrector(spec, info, models)
+            with VideoWriter(
                 target,
                 reader,
-                picture,
+                info,
+                corrector.picture,
                 spec.encoder,
                 name=shown(spec.output),
                 container_format=spec.container_format,
                 strip_metadata=spec.strip_metadata,
-            ) as writer,
-        ):
+            ) as writer:
 
-            def change(item: Item) -> Item:
-                if not is_frame(item):
-                    return item
-                planes = plane_views(item)
-                frame = writer.frame(item)
-                model = models.model(planes[0], item.time)
-                remapper.apply(model, planes, plane_views(frame))
-                return frame
+                def change(item: Item) -> Item:
+                    if not is_frame(item):
+                        return item
+                    frame = writer.frame(item)
+                    corrector.apply(plane_views(item), plane_views(frame), item.time)
+                    return frame
 
-            def tick() -> None:
-                if progress is not None:
-                    seconds = time.monotonic() - began
-                    progress(Progress(writer.frames, _expected(info), seconds))
+                def tick() -> None:
+                    if progress is not None:
+                        seconds = time.monotonic() - began
+                        progress(Progress(writer.frames, _expected(info), seconds))
 
-            run(reader.items(), change, writer.write, is_large=is_frame, tick=tick)
-            warnings = _warnings(reader, writer)
-            if spec.strict and warnings:
-                raise InputError(f"{name}: {'; '.join(warnings)} (--strict)")
+                run(whole.items(), change, writer.write, is_large=is_frame, tick=tick)
+                warnings = _warnings(reader)
+                if spec.strict and warnings:
+                    raise InputError(f"{name}: {'; '.join(warnings)} (--strict)")
         return CorrectionReport(
             input=name,
             output=shown(spec.output),
             frames=writer.frames,
             seconds=time.monotonic() - began,
             size_in=info.size,
-            size_out=geometry.size,
-            device=remapper.device_name,
+            size_out=corrector.picture.size,
+            device=corrector.device,
             codec=writer.codec,
             duration=info.duration,
             damaged=reader.damaged,
             corrupt=reader.corrupt,
             zoom=dict(models.sources),
-            notes=(*notes, *writer.notes),
+            notes=(*([note] if note else ()), *whole.notes(), *writer.notes),
             warnings=tuple(warnings),
         )
 
 
-def _geometry(spec: CorrectionSpec, info: StreamInfo, models: ModelSource) -> OutputGeometry:
-    return output_geometry(
-        models.models,
-        models.boundaries,
-        view=spec.view,
-        size=spec.size,
-        scale=spec.scale,
-        square_pixels=not spec.keep_sar,
-    )
+class _Corrector:
+    """Turns the planes of a frame into those of the output; ``picture`` says what comes out."""
+
+    def __init__(self, spec: CorrectionSpec, info: StreamInfo, models: ModelSource) -> None:
+        self._models = models
+        layout = frame_layout(
+            info.pix_fmt,
+            info.size,
+            full_range=info.full_range,
+            chroma_location=info.colour.chroma_location or "unspecified",
+        )
+        geometry = _geometry(spec, layout, models)
+        self._remapper = FrameRemapper(layout, geometry, spec.interpolation, spec.device)
+        self._beside: SideBySide | None = None
+        size = geometry.size
+        if spec.side_by_side:
+            self._beside = SideBySide(layout, self._remapper.output_layout)
+            size = self._beside.size
+        aspect = info.sample_aspect
+        if geometry.pixel_aspect != (1.0 if aspect is None else float(aspect)):
+            aspect = Fraction(geometry.pixel_aspect).limit_denominator(1000)
+        self.picture = OutputPicture(size, info.pix_fmt, aspect)
+
+    @property
+    def device(self) -> str:
+        """The name of the device that remaps."""
+        return self._remapper.device_name
+
+    def apply(self, planes: list, out: list, time_s: float | None) -> None:
+        """Fill ``out`` from the planes of the next frame."""
+        model = self._models.model(planes[0], time_s)
+        if self._beside is None:
+            self._remapper.apply(model, planes, out)
+            return
+        self._beside.fill_gaps(out)
+        for plane, view in zip(planes, self._beside.left(out), strict=True):
+            view[...] = plane
+        self._remapper.apply(model, planes, self._beside.right(out))
 
 
-def _out_aspect(geometry: OutputGeometry) -> Fraction:
-    return Fraction(geometry.pixel_aspect).limit_denominator(1000)
+def _models(spec: CorrectionSpec, lens: Lens, log: ZoomLog | None) -> ModelSource:
+    follow = FollowSpec(lookup=spec.lookup, assume_diameter=spec.assume_diameter)
+    recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
+    return model_source(lens, follow, recorded, log)
+
+
+def _geometry(spec: CorrectionSpec, layout: FrameLayout, models: ModelSource) -> OutputGeometry:
+    """Lay out the output; a size that nobody asked for is made to fit whole chroma samples."""
+    # Beside the original, which keeps its pixels, the corrected frame has to keep them too.
+    square = not (spec.keep_sar or spec.side_by_side)
+
+    def lay_out(size: tuple[int, int] | None, scale: float | None) -> OutputGeometry:
+        return output_geometry(
+            models.models, models.boundaries, spec.view, size, scale, square_pixels=square
+        )
+
+    geometry = lay_out(spec.size, spec.scale)
+    steps = [plane.step for plane in layout.planes]
+    whole = tuple(n + n % max(step[axis] for step in steps) for axis, n in enumerate(geometry.size))
+    if spec.size is not None or geometry.size in (whole, layout.size):
+        return geometry
+    return lay_out((whole[0], whole[1]), None)
 
 
 @contextlib.contextmanager
@@ -117,9 +163,22 @@ def _target(spec: CorrectionSpec) -> Iterator[str | BinaryIO]:
     if spec.output == PIPE:
         yield sys.stdout.buffer
         return
-    inputs = [p for p in (spec.input, spec.calibration) if p != PIPE]
-    with atomic_output(spec.output, overwrite=spec.overwrite, inputs=inputs) as path:
+    with atomic_output(spec.output, overwrite=spec.overwrite, inputs=_inputs(spec)) as path:
         yield str(path)
+
+
+@contextlib.contextmanager
+def _zoom_log(spec: CorrectionSpec) -> Iterator[ZoomLog | None]:
+    if spec.zoom_log is None:
+        yield None
+        return
+    with zoom_log(spec.zoom_log, spec.overwrite, _inputs(spec)) as log:
+        yield log
+
+
+def _inputs(spec: CorrectionSpec) -> list[str]:
+    paths = (spec.input, spec.calibration, spec.zoom_from)
+    return [path for path in paths if path not in (None, PIPE)]
 
 
 def _expected(info: StreamInfo) -> int | None:
@@ -128,18 +187,18 @@ def _expected(info: StreamInfo) -> int | None:
     return round(info.duration * info.rate) if info.duration else None
 
 
-def _warnings(reader: VideoReader, writer: VideoWriter) -> list[str]:
+def _warnings(reader: VideoReader) -> list[str]:
     """Say what was wrong with the input, once it has been read to its end."""
     warnings = []
     declared = reader.info.frames
-    if writer.frames == 0:
-        raise OutputError(f"{reader.name}: no frame could be decoded, so there is nothing to write")
     if reader.damaged:
         warnings.append(f"{reader.damaged} damaged packets could not be decoded")
     if reader.corrupt:
         warnings.append(f"{reader.corrupt} frames were decoded with errors")
     if reader.truncated:
         warnings.append("the file breaks off before its end")
-    elif declared is not None and writer.frames < declared:
-        warnings.append(f"only {writer.frames} of the {declared} frames that it declares are there")
+    elif declared is not None and reader.decoded + reader.hidden < declared:
+        warnings.append(
+            f"only {reader.decoded} of the {declared} frames that it declares are there"
+        )
     return warnings

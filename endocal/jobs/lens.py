@@ -1,9 +1,11 @@
-"""Where each frame's model comes from: one calibration, or a zoom table and the frame's own circle."""
+"""The lens for frames of a given shape, and where each frame's model comes from."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
@@ -11,9 +13,16 @@ from ..boundary.circle import Boundary
 from ..calibration.result import Calibration
 from ..errors import InputError
 from ..model import DivisionModel
-from ..zoom.table import ZoomTable
+from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
+from ..zoom.table import Setting, ZoomTable
+from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 
 Lens = Calibration | ZoomTable
+
+# Two shapes are the same where they differ by less than the rounding of a small frame's side.
+_SAME_SHAPE = 0.01
+# Two pixel aspects are the same: 16:15 and 59:54, both in use for the same video, differ by 2.4 %.
+_SAME_ASPECT = 0.03
 
 
 class ModelSource(Protocol):
@@ -35,12 +44,10 @@ class ModelSource(Protocol):
 class FixedModel:
     """One calibration for all frames."""
 
-    def __init__(self, calibration: Calibration, size: tuple[int, int]) -> None:
-        self._model = calibration.model.rescale(size)
+    def __init__(self, calibration: Calibration) -> None:
+        self._model = calibration.model
         self.models: tuple[DivisionModel, ...] = (self._model,)
-        self.boundaries: tuple[Boundary | None, ...] = (
-            _scaled(calibration.boundary, calibration.model.size, size),
-        )
+        self.boundaries: tuple[Boundary | None, ...] = (calibration.boundary,)
         self.sources: Counter[str] = Counter()
 
     def model(self, luma: np.ndarray, time_s: float | None) -> DivisionModel:
@@ -48,57 +55,124 @@ class FixedModel:
         return self._model
 
 
-class FollowedZoom:
-    """A zoom table, and the visible circle of each frame to look it up by."""
+class Zoom:
+    """A zoom table, and for each frame the diameter to look it up by: of its own circle, or recorded.
 
-    def __init__(self, table: ZoomTable, size: tuple[int, int]) -> None:
-        from ..zoom.follow import ZoomFollower
+    Each frame's zoom goes to ``log``, if there is one.
+    """
 
-        table = table.rescale(size)
-        self._follower = ZoomFollower(table)
+    def __init__(
+        self, table: ZoomTable, spec: FollowSpec, recorded: RecordedZoom | None, log: ZoomLog | None
+    ) -> None:
+        self._table = table
+        self._spec = spec
+        self._recorded = recorded
+        self._log = log
+        self._follower = ZoomFollower(table, spec)
+        self._frame = 0
         self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
+        # Where the circle will be is not known yet; its centre is near the lens's.
         self.boundaries: tuple[Boundary | None, ...] = tuple(
             Boundary(s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
         )
         self.sources: Counter[str] = Counter()
 
     def model(self, luma: np.ndarray, time_s: float | None) -> DivisionModel:
-        """Measure the circle in the frame and return the model of its zoom."""
-        estimate: Any = self._follower.update(luma, time_s)
+        """Measure the circle in the frame, or look up the record, and return the model of its zoom."""
+        if self._recorded is None:
+            estimate = self._follower.update(luma, time_s)
+        else:
+            diameter = self._recorded.diameter(self._frame, time_s)
+            model = self._table.at_diameter(diameter, self._spec.lookup)
+            estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
         self.sources[estimate.source] += 1
+        if self._log is not None:
+            self._log.add(
+                ZoomRecord(
+                    self._frame,
+                    time_s,
+                    estimate.diameter,
+                    estimate.source,
+                    estimate.model,
+                    estimate.relative_uncertainty,
+                )
+            )
+        self._frame += 1
         return estimate.model
 
 
-def model_source(lens: Lens, size: tuple[int, int]) -> ModelSource:
-    """Return where the models of frames of ``size`` come from; InputError for another aspect ratio."""
-    return FollowedZoom(lens, size) if isinstance(lens, ZoomTable) else FixedModel(lens, size)
+def model_source(
+    lens: Lens,
+    follow: FollowSpec = FollowSpec(),
+    recorded: RecordedZoom | None = None,
+    log: ZoomLog | None = None,
+) -> ModelSource:
+    """Return where the models of frames come from that the lens has been fitted to."""
+    if isinstance(lens, ZoomTable):
+        return Zoom(lens, follow, recorded, log)
+    return FixedModel(lens)
 
 
-def rescaled_note(lens: Lens, size: tuple[int, int], name: str) -> str | None:
-    """Say that the lens is rescaled to frames of another size, or None where it fits as it is.
+def fit_lens(
+    lens: Lens, size: tuple[int, int], pixel_aspect: float | None, name: str
+) -> tuple[Lens, str | None]:
+    """Fit a lens to frames of ``size`` (width, height) px and say in a note what that took, if anything.
 
-    ``name`` is what messages call the lens. Raises InputError for another aspect ratio.
+    ``pixel_aspect`` is the frames' (width over height), None where they do not say: then the lens's own
+    holds. A lens for the same shape in another number of pixels is rescaled. ``name`` is what messages call
+    it. Raises InputError for another shape.
     """
-    held = lens.size if isinstance(lens, ZoomTable) else lens.model.size
+    if isinstance(lens, Calibration):
+        held, own = lens.model.size, lens.model.pixel_aspect
+    else:
+        held, own = lens.size, lens.pixel_aspect
+    aspect = own if pixel_aspect is None else pixel_aspect
+    same_aspect = abs(math.log(aspect / own)) < _SAME_ASPECT
+    if held == size and same_aspect:
+        return lens, None
+    where = f"{name} holds for {_shape(held, own)}"
     if held == size:
-        return None
-    try:
-        lens.rescale(size) if isinstance(lens, ZoomTable) else lens.model.rescale(size)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-    return f"{name} holds for {held[0]}x{held[1]} and was rescaled to {size[0]}x{size[1]}"
+        note = f"{where} and is taken for the video's pixels of {aspect:.4g} instead"
+    else:
+        shapes = [s[0] * a / s[1] for s, a in ((held, own), (size, aspect))]
+        if abs(shapes[0] / shapes[1] - 1) > max(_SAME_SHAPE, 0.0 if same_aspect else _SAME_ASPECT):
+            raise InputError(
+                f"{where}, but the frames are {_shape(size, aspect)}: another shape; calibrate on a picture"
+                " of this video"
+            )
+        note = f"{where} and is rescaled to {_shape(size, aspect)}"
+    scale = (size[0] / held[0], size[1] / held[1])
+    return _rescaled(lens, size, scale, aspect), note
 
 
-def _scaled(
-    boundary: Boundary | None, held: tuple[int, int], size: tuple[int, int]
-) -> Boundary | None:
-    if boundary is None or held == size:
-        return boundary
-    sx, sy = size[0] / held[0], size[1] / held[1]
-    x, y = boundary.center
-    return Boundary(
-        center=((x + 0.5) * sx - 0.5, (y + 0.5) * sy - 0.5),
-        diameter=boundary.diameter * sy,
-        area=boundary.area * sx * sy,
-        visible=boundary.visible,
-    )
+def _shape(size: tuple[int, int], aspect: float) -> str:
+    pixels = "" if aspect == 1 else f" with pixels of {aspect:.4g}"
+    return f"{size[0]}x{size[1]}{pixels}"
+
+
+def _rescaled(lens: Lens, size: tuple[int, int], scale: tuple[float, float], aspect: float) -> Lens:
+    """Rescale a lens by (x, y): lambda with 1/y^2, since it counts in pixels of the height."""
+    y = scale[1]
+    if isinstance(lens, ZoomTable):
+        settings = tuple(
+            Setting(
+                lam=s.lam / y**2,
+                center=_moved(s.center, scale),
+                diameter=s.diameter * y,
+                area=None if s.area is None else s.area * scale[0] * y,
+                lam2=s.lam2 / y**4,
+                source=s.source,
+            )
+            for s in lens.settings
+        )
+        return ZoomTable(settings, size, aspect)
+    m, b = lens.model, lens.boundary
+    model = DivisionModel(m.lam / y**2, _moved(m.center, scale), size, aspect, m.lam2 / y**4)
+    if b is not None:
+        b = Boundary(_moved(b.center, scale), b.diameter * y, b.area * scale[0] * y, b.visible)
+    return replace(lens, model=model, boundary=b)
+
+
+def _moved(center: tuple[float, float], scale: tuple[float, float]) -> tuple[float, float]:
+    """Rescale a point by pixel centres."""
+    return (center[0] + 0.5) * scale[0] - 0.5, (center[1] + 0.5) * scale[1] - 0.5

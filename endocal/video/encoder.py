@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import av
 
 from ..errors import OutputError, UsageError
+from .container import ContainerKind
 from .stream import HdrMetadata, StreamInfo
 
 # The encoder of the source's own family, where it is worth having.
@@ -21,7 +22,7 @@ _FAMILY = {
     "rawvideo": "rawvideo",
 }
 # Tried in this order where the family's encoder has no such pixel format or the container refuses it.
-_FALLBACKS = ("libx264", "libx265", "libx264rgb", "libvpx-vp9", "libsvtav1", "ffv1")
+_FALLBACKS = ("libx264", "libx264rgb", "libx265", "libvpx-vp9", "libsvtav1", "ffv1", "rawvideo")
 
 # Visually lossless by default. What each encoder calls its constant quality, and its value for that.
 _QUALITY: dict[str, tuple[str, float]] = {
@@ -67,8 +68,8 @@ class EncoderSettings:
     options: dict[str, str]
 
 
-def settle(choice: EncoderChoice, info: StreamInfo, supported: set[str]) -> EncoderSettings:
-    """Decide on the encoder for ``info`` in a container that supports the codecs named in ``supported``.
+def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) -> EncoderSettings:
+    """Decide on the encoder for ``info`` in a container.
 
     Raises OutputError where the chosen encoder, or none, suits the container or the pixel format.
     """
@@ -76,16 +77,16 @@ def settle(choice: EncoderChoice, info: StreamInfo, supported: set[str]) -> Enco
     if choice.codec is not None:
         codec = _encoder(choice.codec)
         pix_fmt = _pixel_format(codec, source_format)
-        if codec.canonical_name not in supported and codec.name not in supported:
-            raise OutputError(f"the output's container does not take {codec.canonical_name} video")
+        if not container.takes_codec(codec.name):
+            raise OutputError(f"a {container.name} file does not take {codec.canonical_name} video")
         if pix_fmt is None:
             raise OutputError(
                 f"{choice.codec} does not take {source_format}; choose one of its formats with"
                 f" --pix-fmt: {', '.join(_format_names(codec)[:12])}"
             )
     else:
-        codec, pix_fmt = _closest(info.codec, source_format, supported)
-    return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr))
+        codec, pix_fmt = _closest(info.codec, source_format, container)
+    return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr, container))
 
 
 def _encoder(name: str) -> av.Codec:
@@ -95,7 +96,7 @@ def _encoder(name: str) -> av.Codec:
         raise UsageError(f"--codec {name}: no such encoder") from error
 
 
-def _closest(codec_name: str, pix_fmt: str, supported: set[str]) -> tuple[av.Codec, str]:
+def _closest(codec_name: str, pix_fmt: str, container: ContainerKind) -> tuple[av.Codec, str]:
     first = _FAMILY.get(codec_name, "libx264")
     for name in (first, *(n for n in _FALLBACKS if n != first)):
         try:
@@ -103,7 +104,7 @@ def _closest(codec_name: str, pix_fmt: str, supported: set[str]) -> tuple[av.Cod
         except av.codec.codec.UnknownCodecError:
             continue
         suited = _pixel_format(codec, pix_fmt)
-        if suited is not None and codec.canonical_name in supported:
+        if suited is not None and container.takes_codec(name):
             return codec, suited
     raise OutputError(
         f"no encoder suits {pix_fmt} video in this container; choose --pix-fmt or --codec"
@@ -125,7 +126,9 @@ def _pixel_format(codec: av.Codec, pix_fmt: str) -> str | None:
     return None
 
 
-def _options(codec: str, choice: EncoderChoice, hdr: HdrMetadata) -> dict[str, str]:
+def _options(
+    codec: str, choice: EncoderChoice, hdr: HdrMetadata, container: ContainerKind
+) -> dict[str, str]:
     options: dict[str, str] = {}
     quality, value = _QUALITY.get(codec, (None, 0.0))
     if choice.crf is not None:
@@ -138,13 +141,16 @@ def _options(codec: str, choice: EncoderChoice, hdr: HdrMetadata) -> dict[str, s
         # Constant quality needs the rate bound switched off; rows in threads keep it bearable.
         options |= {"b": "0", "row-mt": "1", "cpu-used": "4"}
     if codec == "mjpeg":
-        options |= {"qmin": "1", "q": "2"}
+        # Quality 2, in the library's unit of lambda (118 to one).
+        options |= {"flags": "+qscale", "global_quality": str(2 * 118), "qmin": "1"}
     if codec == "ffv1":
         options |= {"level": "3", "slicecrc": "1", "g": "1"}
     if choice.preset is not None:
         options["preset"] = choice.preset
     elif codec in _PRESET:
         options["preset"] = _PRESET[codec]
+    if not container.reorders and codec in ("libx264", "libx264rgb", "libx265"):
+        options["bf"] = "0"
     if codec in ("libx264", "libx265"):
         options |= _static_metadata(codec, hdr)
     if codec == "libx265":

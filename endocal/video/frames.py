@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import av
@@ -10,6 +11,9 @@ import numpy as np
 
 # Packed formats whose pixel has a byte that carries nothing, and so no component of its own.
 _PADDED = {"bgr0": 4, "rgb0": 4, "0bgr": 4, "0rgb": 4}
+
+# Sample depths in bits that formats come in.
+_DEPTHS = (8, 9, 10, 12, 14, 16)
 
 
 def plane_views(frame: av.VideoFrame) -> list[np.ndarray]:
@@ -29,6 +33,32 @@ def plane_views(frame: av.VideoFrame) -> list[np.ndarray]:
             rows = rows[::-1]
         views.append(rows[:, : plane.width * components])
     return views
+
+
+def workable_format(fmt: av.VideoFormat, accepts: Callable[[str], bool]) -> str:
+    """Return the pixel format to work in: the frame's own, or else the nearest that holds all of it.
+
+    ``accepts`` tells the formats that can be worked on. The nearest is the same in another arrangement of
+    the bytes: planes apart, little-endian, a palette resolved.
+    """
+    if accepts(fmt.name):
+        return fmt.name
+    bits = max((c.bits for c in fmt.components), default=8)
+    alpha = "a" if fmt.has_palette or any(c.is_alpha for c in fmt.components) else ""
+    depth = next((d for d in _DEPTHS if d >= bits), 16)
+    suffix = "" if depth == 8 else f"{depth}le"
+    if fmt.is_rgb or fmt.has_palette:
+        candidates = ["bgra" if alpha else "bgr24"] if depth == 8 else [f"gbr{alpha}p{suffix}"]
+    elif len(fmt.components) <= 2:
+        candidates = ["gray" + suffix]
+    else:
+        chroma = fmt.components[1]
+        wide, high = 2 * chroma.width > fmt.width + 1, 2 * chroma.height > fmt.height + 1
+        sub = {(True, True): "444", (False, True): "422", (False, False): "420"}.get(
+            (wide, high), "444"
+        )
+        candidates = [f"yuv{alpha}{sub}p{suffix}"]
+    return next((c for c in candidates if accepts(c)), "yuv444p16le")
 
 
 class FramePool:

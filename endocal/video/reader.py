@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from types import TracebackType
 from typing import Self, TypeGuard
@@ -14,7 +16,8 @@ from av.stream import Disposition
 
 from ..errors import InputError
 from .access import MAX_SIDE, Readable, open_input, reason
-from .stream import StreamInfo, describe
+from .frames import workable_format
+from .stream import StreamInfo, describe, descriptions, fourcc
 
 # So many packets in a row that cannot be decoded, and nothing more is to be expected of the file.
 MAX_CONSECUTIVE_FAILURES = 100
@@ -37,13 +40,23 @@ class VideoReader:
         *,
         name: str,
         threads: int = 0,
+        accepts: Callable[[str], bool] = lambda pix_fmt: True,
         allow_protocols: Sequence[str] = (),
     ) -> None:
         self.name = name
+        self.decoded = 0
         self.damaged = 0
         self.corrupt = 0
         self.truncated = False
+        self.hidden = 0
         self._failures = 0
+        self._source = source
+        self._accepts = accepts
+        self._allow_protocols = allow_protocols
+        # Of packets in a container that gives no presentation time, and not yet come out as frames.
+        self._decoding_times: deque[int] = deque()
+        self._native: tuple[int, int, str] | None = None
+        self._pix_fmt = ""
         self._container = open_input(source, name, allow_protocols)
         try:
             self._stream = self._choose_stream()
@@ -84,23 +97,67 @@ class VideoReader:
 
     @property
     def others(self) -> list[av.stream.Stream]:
-        """All streams but the one that is decoded."""
-        return [s for s in self._container.streams if s.index != self._stream.index]
+        """All streams but the one that is decoded, and those that a writer makes anew from metadata."""
+        described = descriptions(self._container)
+        made_anew = set()
+        if "timecode" in self._stream.metadata:
+            made_anew.add("tmcd")
+        if self._container.chapters():
+            made_anew.add("text")
+        return [
+            s
+            for s in self._container.streams
+            if s.index != self._stream.index
+            and not (s.type == "data" and fourcc(described.get(s.index, "")) in made_anew)
+        ]
 
     def items(self) -> Iterator[Item]:
         """Yield decoded frames in presentation order, and between them the other streams' packets.
 
         Raises InputError where the frame size or format changes, and after MAX_CONSECUTIVE_FAILURES.
         """
-        while self._primed:
-            yield self._primed.popleft()
-        for packet in self._packets:
-            if packet.stream_index != self._stream.index:
-                yield packet
-                continue
-            for frame in self._decode(packet):
-                self._check_frame(frame)
-                yield frame
+        while True:
+            while self._primed:
+                yield self._primed.popleft()
+            if not self._advance():
+                return
+
+    def samples(self, places: int = 3, frames: int = 6) -> Iterator[list[av.VideoFrame]]:
+        """Yield runs of consecutive frames from several places of a file, or from the start of a pipe.
+
+        ``items`` still yields every frame.
+        """
+        if not isinstance(self._source, str):
+            yield self._look_ahead(2 * frames)
+            return
+        with open_input(self._source, self.name, self._allow_protocols) as container:
+            stream = container.streams[self._stream.index]
+            assert isinstance(stream, av.VideoStream)
+            stream.codec_context.thread_type = "AUTO"
+            for place in range(places):
+                start = (self.info.start or 0) + (self.info.duration or 0) * place / places
+                with contextlib.suppress(av.error.FFmpegError):
+                    container.seek(round(start * av.time_base))
+                    run = list(itertools.islice(container.decode(stream), frames))
+                    yield [f for f in run if _shape(f) == self._native]
+
+    def _look_ahead(self, count: int) -> list[av.VideoFrame]:
+        """Decode on until ``count`` frames wait to be handed out, and return them."""
+        while True:
+            waiting = [item for item in self._primed if is_frame(item)]
+            if len(waiting) >= count or not self._advance():
+                return waiting
+
+    def _advance(self) -> bool:
+        """Read one packet and let wait what comes of it; False at the end of the file."""
+        packet = next(self._packets, None)
+        if packet is None:
+            return False
+        if packet.stream_index != self._stream.index:
+            self._primed.append(packet)
+        else:
+            self._primed.extend(self._settled(frame) for frame in self._decode(packet))
+        return True
 
     def _choose_stream(self) -> av.VideoStream:
         pictures = Disposition.attached_pic | Disposition.timed_thumbnails
@@ -119,18 +176,10 @@ class VideoReader:
 
     def _prime(self) -> StreamInfo:
         """Decode up to the first frame, which alone knows its size, format and side data."""
-        for packet in self._packets:
-            if packet.stream_index != self._stream.index:
-                self._primed.append(packet)
-                continue
-            frames = self._decode(packet)
-            if frames:
-                info = describe(self._container, self._stream, frames[0])
-                self.info = info
-                for frame in frames:
-                    self._check_frame(frame)
-                self._primed.extend(frames)
-                return info
+        while self._advance():
+            for item in self._primed:
+                if is_frame(item):
+                    return describe(self._container, self._stream, item)
         raise InputError(f"{self.name}: no frame of its video stream can be decoded")
 
     def _demux(self) -> Iterator[av.Packet]:
@@ -159,6 +208,9 @@ class VideoReader:
         return packet
 
     def _decode(self, packet: av.Packet) -> list[av.VideoFrame]:
+        self.hidden += packet.is_discard
+        if packet.pts is None and packet.dts is not None:
+            self._decoding_times.append(packet.dts)
         try:
             frames = packet.decode()
         except av.error.EOFError:
@@ -166,6 +218,8 @@ class VideoReader:
         except av.error.FFmpegError as error:
             self.damaged += 1
             self._failures += 1
+            if packet.pts is None and self._decoding_times:
+                self._decoding_times.pop()
             if self._failures >= MAX_CONSECUTIVE_FAILURES:
                 raise InputError(
                     f"{self.name}: {self._failures} packets in a row cannot be decoded ({reason(error)})"
@@ -175,21 +229,47 @@ class VideoReader:
             self._failures = 0
         return frames
 
-    def _check_frame(self, frame: av.VideoFrame) -> None:
-        if frame.is_corrupt:
-            self.corrupt += 1
-        if frame.pts is None:
-            frame.pts = frame.dts
-        size = (frame.width, frame.height)
-        if size != self.info.size or frame.format.name != self.info.pix_fmt:
+    def _settled(self, frame: av.VideoFrame) -> av.VideoFrame:
+        """Return the frame with its time and in the format to work in; InputError where it has changed."""
+        self.decoded += 1
+        self.corrupt += frame.is_corrupt
+        if self._native is None:
+            self._native = _shape(frame)
+            self._pix_fmt = workable_format(frame.format, self._accepts)
+        elif _shape(frame) != self._native:
             place = f"{frame.time:.3f} s" if frame.time is not None else "an unknown time"
-            w, h = self.info.size
             raise InputError(
-                f"{self.name}: the frames change from {w}x{h} {self.info.pix_fmt} to"
-                f" {frame.width}x{frame.height} {frame.format.name} at {place}; split the file there"
+                f"{self.name}: the frames change from {_described(self._native)} to"
+                f" {_described(_shape(frame))} at {place}: split the file there"
             )
+        pts = frame.pts if frame.pts is not None else self._guessed_time()
+        if self._pix_fmt != frame.format.name:
+            frame = frame.reformat(format=self._pix_fmt)
+        frame.pts = pts
+        return frame
+
+    def _guessed_time(self) -> int:
+        """Give a frame the time that its container does not.
+
+        Frames come out in the order of their times, and packets went in with the same times in the order of
+        decoding; without even those, frames come at the stream's rate.
+        """
+        if self._decoding_times:
+            return self._decoding_times.popleft()
+        rate = self._stream.average_rate or self._stream.guessed_rate or 25
+        return round(
+            (self.decoded - 1) / rate / (self._stream.time_base or Fraction(1, av.time_base))
+        )
 
 
 def is_frame(item: Item) -> TypeGuard[av.VideoFrame]:
     """Tell a decoded frame from a packet."""
     return isinstance(item, av.VideoFrame)
+
+
+def _shape(frame: av.VideoFrame) -> tuple[int, int, str]:
+    return frame.width, frame.height, frame.format.name
+
+
+def _described(shape: tuple[int, int, str]) -> str:
+    return "{}x{} {}".format(*shape)

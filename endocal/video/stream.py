@@ -46,10 +46,11 @@ class HdrMetadata:
 class StreamInfo:
     """One video stream, as its first decoded frame and its container describe it.
 
-    ``size`` is (width, height) in samples; ``sample_aspect`` a pixel's width over its height; ``rate`` in
-    frames per second; ``start`` and ``duration`` in seconds, and ``frames`` the number of frames that the
-    container declares: None where it does not say. ``display_matrix`` is the container's 3x3 matrix in row
-    order (16.16 and 2.30 fixed point), or None.
+    ``size`` is (width, height) in samples and ``pix_fmt`` the format in which frames are handed out;
+    ``sample_aspect`` is a pixel's width over its height (None: not said); ``rate`` in frames per second;
+    ``start`` and ``duration`` in seconds, and ``frames`` the number of frames that the container declares:
+    None where it does not say. ``display_matrix`` is the container's 3x3 matrix in row order (16.16 and 2.30
+    fixed point), or None.
     """
 
     index: int
@@ -58,7 +59,7 @@ class StreamInfo:
     size: tuple[int, int]
     pix_fmt: str
     bits: int
-    sample_aspect: Fraction
+    sample_aspect: Fraction | None
     rate: Fraction
     time_base: Fraction
     start: float | None
@@ -93,7 +94,7 @@ def describe(
         size=(frame.width, frame.height),
         pix_fmt=frame.format.name,
         bits=max(c.bits for c in frame.format.components),
-        sample_aspect=aspect if aspect else Fraction(1),
+        sample_aspect=aspect or None,
         rate=stream.average_rate or stream.guessed_rate or stream.base_rate or Fraction(25),
         time_base=time_base,
         start=frame.time,
@@ -104,7 +105,7 @@ def describe(
             matrix=int(frame.colorspace),
             primaries=int(frame.color_primaries),
             transfer=int(frame.color_trc),
-            chroma_location=_chroma_location(container, stream.index),
+            chroma_location=_chroma_location(descriptions(container).get(stream.index, "")),
         ),
         hdr=_hdr(frame),
         display_matrix=_display_matrix(frame),
@@ -112,25 +113,34 @@ def describe(
     )
 
 
-def _chroma_location(container: av.container.InputContainer, index: int) -> str | None:
-    """Read the chroma location from the library's own description of the stream, its only way out."""
+def descriptions(container: av.container.InputContainer) -> dict[int, str]:
+    """Return the library's one-line description of each stream: the only way to some facts."""
     level = av.logging.get_level()
     av.logging.set_level(av.logging.INFO)
-    # The description names the chroma location from this level on.
+    # The chroma location is named from this level on.
     av.logging.set_libav_level(av.logging.VERBOSE)
     try:
         text: str = container.dumps_format()  # type: ignore[attr-defined]
     finally:
         av.logging.set_libav_level(av.logging.INFO)
         av.logging.set_level(level)
-    match = re.search(rf"Stream #0:{index}\b.*?: Video: .*", text)
-    if match is None:
-        return None
-    # The words inside the brackets that follow the pixel format.
-    for words in re.findall(r"\(([^()]*)\)", match.group()):
+    return {
+        int(i): line for i, line in re.findall(r"^ *Stream #0:(\d+)\b(.*)$", text, re.MULTILINE)
+    }
+
+
+def fourcc(description: str) -> str | None:
+    """Return the container's four-letter name of a stream's format, as in ``none (tmcd / 0x64636D74)``."""
+    match = re.search(r"\((\w{4}) / 0x[0-9A-F]{8}\)", description)
+    return match.group(1) if match else None
+
+
+def _chroma_location(description: str) -> str | None:
+    # Among the words in brackets after the pixel format, as in ``yuv420p(tv, bt709, progressive, left)``.
+    for words in re.findall(r"\(([^()]*)\)", description):
         for word in words.split(", "):
             if word in CHROMA_LOCATIONS:
-                return word
+                return str(word)
     return None
 
 

@@ -17,12 +17,15 @@ import av.stream
 
 from ..errors import OutputError, UsageError
 from .access import reason
+from .container import ContainerKind
 from .encoder import EncoderChoice, settle
 from .frames import FramePool
 from .reader import Item, VideoReader
+from .stream import StreamInfo
 from .tags import container_tags, stream_tags
 
-_MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
+# FFmpeg's numbers for the colour range: unspecified, limited, full.
+_RANGES = {None: 0, False: 1, True: 2}
 
 
 @dataclass(frozen=True)
@@ -31,15 +34,16 @@ class OutputPicture:
 
     size: tuple[int, int]
     pix_fmt: str
-    sample_aspect: Fraction
+    sample_aspect: Fraction | None
 
 
 class VideoWriter:
     """Encodes frames and copies packets into one file or pipe.
 
     The frames have the source's time stamps and colour; ``frame()`` hands out frames to fill and ``write``
-    takes them, and the other streams' packets, in the order in which the reader gave them. ``name`` is what
-    messages call the output; ``notes`` says in plain words what could not be kept, and ``frames`` counts.
+    takes them, and the other streams' packets, in the order in which the reader gave them. ``info`` is the
+    source's, with its rate and time base as they come out. ``name`` is what messages call the output;
+    ``notes`` says in plain words what could not be kept, and ``frames`` counts.
     Raises OutputError where the container or the encoder refuses.
     """
 
@@ -47,6 +51,7 @@ class VideoWriter:
         self,
         target: str | BinaryIO,
         like: VideoReader,
+        info: StreamInfo,
         picture: OutputPicture,
         choice: EncoderChoice,
         *,
@@ -58,16 +63,21 @@ class VideoWriter:
         self.notes: list[str] = []
         self.frames = 0
         self._packets = 0
+        self._first_pts: int | None = None
         self._last_pts: int | None = None
         self._last_dts: dict[int, int] = {}
-        self._info = like.info
+        self._info = info
         self._pool = FramePool(picture.size, picture.pix_fmt)
         self._lock = threading.Lock()
         self._container = self._open(target, container_format)
+        self._kind = ContainerKind(self._container.format.name)
         try:
             self._add_video(picture, choice)
             self._copies = self._add_others(like, strip_metadata)
             self._copy_tags(like, strip_metadata)
+            self._container.container_options.update(
+                self._kind.options(self._info.time_base, self._container.metadata)
+            )
             self._guard(self._container.start_encoding)
         except BaseException:
             self._abandon()
@@ -95,11 +105,16 @@ class VideoWriter:
     def frame(self, source: av.VideoFrame) -> av.VideoFrame:
         """Return a frame to fill, with the time stamp and colour of ``source``."""
         frame = self._pool.take()
-        frame.pts = source.pts
+        if self._kind.counts_frames and source.pts is not None:
+            # Such a file begins at zero whatever the source did.
+            self._first_pts = source.pts if self._first_pts is None else self._first_pts
+            frame.pts = source.pts - self._first_pts
+        else:
+            frame.pts = source.pts
         frame.time_base = self._info.time_base
         frame.duration = source.duration
         colour = self._info.colour
-        frame.color_range = 2 if self._info.full_range else 1
+        frame.color_range = _RANGES[colour.full_range]
         frame.colorspace = colour.matrix
         frame.color_primaries = colour.primaries
         frame.color_trc = colour.transfer
@@ -163,7 +178,6 @@ class VideoWriter:
                 "file:" + target if isinstance(target, str) else target,
                 mode="w",
                 format=container_format,
-                container_options=self._container_options(),
                 buffer_size=1 << 20,
             )
         except ValueError as error:
@@ -173,13 +187,9 @@ class VideoWriter:
         except av.error.FFmpegError as error:
             raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
 
-    def _container_options(self) -> dict[str, str]:
-        # Times stay as they are: nothing is shifted to begin at zero.
-        return {"avoid_negative_ts": "disabled"}
-
     def _add_video(self, picture: OutputPicture, choice: EncoderChoice) -> None:
         info = self._info
-        settings = settle(choice, info, self._container.supported_codecs)
+        settings = settle(choice, info, self._kind)
         options = dict(settings.options)
         if info.colour.chroma_location:
             options["chroma_sample_location"] = info.colour.chroma_location
@@ -191,8 +201,9 @@ class VideoWriter:
         context.pix_fmt = settings.pix_fmt
         context.time_base = info.time_base
         stream.time_base = info.time_base
-        context.sample_aspect_ratio = picture.sample_aspect
-        context.color_range = 2 if info.full_range else 1
+        if picture.sample_aspect is not None:
+            context.sample_aspect_ratio = picture.sample_aspect
+        context.color_range = _RANGES[info.colour.full_range]
         context.colorspace = info.colour.matrix
         context.color_primaries = info.colour.primaries
         context.color_trc = info.colour.transfer
@@ -206,10 +217,6 @@ class VideoWriter:
         if context.options:
             unknown = ", ".join(context.options)
             raise UsageError(f"--codec-option {unknown}: {settings.codec} has no such option")
-        if self._container.format.name in _MOV and info.time_base.numerator == 1:
-            self._container.container_options["video_track_timescale"] = str(
-                info.time_base.denominator
-            )
 
     def _add_others(self, like: VideoReader, strip_metadata: bool) -> dict[int, av.stream.Stream]:
         """Add a copy of each other stream; return them by the index of their source."""
@@ -217,14 +224,14 @@ class VideoWriter:
         for source in like.others:
             if strip_metadata and source.type in ("data", "attachment", "video"):
                 continue
-            try:
-                copy = self._container.add_stream_from_template(source, opaque=True)
-            except (ValueError, av.error.FFmpegError):
-                what = source.name or "unknown"
+            if not self._kind.takes_stream(source):
+                what = " ".join(filter(None, (source.name, source.type)))
                 self.notes.append(
-                    f"stream {source.index} ({source.type}, {what}) cannot be kept in this container"
+                    f"stream {source.index} ({what}) does not fit into a {self._kind.name} file and is"
+                    " left out"
                 )
                 continue
+            copy = self._container.add_stream_from_template(source, opaque=True)
             copy.disposition = source.disposition
             copies[source.index] = copy
         return copies

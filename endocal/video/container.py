@@ -1,0 +1,92 @@
+"""What an output container takes, found out by asking it."""
+
+from __future__ import annotations
+
+import io
+from fractions import Fraction
+
+import av
+import av.container
+import av.stream
+
+_MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
+# Containers that never refuse a codec, but whose readers know these only.
+_READABLE = {
+    "mpegts": {"h264", "hevc", "mpeg2video", "mpeg1video", "mpeg4"},
+    "yuv4mpegpipe": {"rawvideo"},
+    "avi": {"h264", "mpeg4", "mjpeg", "ffv1", "rawvideo", "mpeg2video", "mpeg1video", "huffyuv"},
+}
+# Tags of the MP4 family's own vocabulary. Others only travel in QuickTime's keyed form.
+_MOV_TAGS = {
+    *(
+        "title",
+        "artist",
+        "album_artist",
+        "composer",
+        "album",
+        "date",
+        "comment",
+        "genre",
+        "copyright",
+    ),
+    *("grouping", "lyrics", "description", "synopsis", "show", "episode_id", "network", "keywords"),
+    *("location", "timecode", "creation_time", "track", "disc", "rating"),
+}
+
+
+class ContainerKind:
+    """A container format by FFmpeg's name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def takes_codec(self, encoder: str) -> bool:
+        """Tell whether video from the named encoder goes into this container."""
+        codec = av.Codec(encoder, "w").canonical_name
+        if self.name in _READABLE:
+            return codec in _READABLE[self.name]
+        scratch = self._scratch()
+        try:
+            scratch.add_stream(encoder)
+        except ValueError:
+            return False
+        return True
+
+    def takes_stream(self, stream: av.stream.Stream) -> bool:
+        """Tell whether a copy of a stream goes into this container."""
+        if self.name == "yuv4mpegpipe":
+            return False
+        scratch = self._scratch()
+        try:
+            scratch.add_stream_from_template(stream, opaque=True)
+            scratch.start_encoding()
+            scratch.close()
+        except (ValueError, av.error.FFmpegError):
+            return False
+        return True
+
+    @property
+    def reorders(self) -> bool:
+        """Whether frames may be stored in another order than they are shown in."""
+        return self.name not in ("avi", "asf", "yuv4mpegpipe", "rawvideo", "mjpeg")
+
+    @property
+    def counts_frames(self) -> bool:
+        """Whether frames have no time but their number, from 0 on."""
+        return self.name in ("avi", "yuv4mpegpipe", "h264", "hevc", "rawvideo", "mjpeg")
+
+    def options(self, time_base: Fraction, tags: dict[str, str]) -> dict[str, str]:
+        """Return muxer options that keep times and ``tags`` as they are."""
+        # Nothing is shifted to begin at zero.
+        options = {"avoid_negative_ts": "disabled"}
+        if self.name in _MOV:
+            if time_base.numerator == 1:
+                options["video_track_timescale"] = str(time_base.denominator)
+            if not {key.lower() for key in tags} <= _MOV_TAGS:
+                options["movflags"] = "use_metadata_tags"
+        if self.name == "mpegts":
+            options["mpegts_copyts"] = "1"
+        return options
+
+    def _scratch(self) -> av.container.OutputContainer:
+        return av.open(io.BytesIO(), mode="w", format=self.name)
