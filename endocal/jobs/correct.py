@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ..errors import UsageError
+from ..errors import InputError, UsageError
 from ..files import load
+from ..files.names import shown
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..video.encoder import EncoderChoice
 from ..zoom.table import LOOKUPS, ZoomTable
-from .pipe import PipeInput
+from .pipe import PIPE, PipeInput
 
 DEINTERLACE = ("auto", "off", "frame", "field")
-PIPE = "-"
-
+# Containers under the names that people give them.
+_CONTAINERS = {"y4m": "yuv4mpegpipe", "mkv": "matroska", "ts": "mpegts"}
 # Bare motion JPEG begins like a picture.
 _MOTION_JPEG = (".mjpeg", ".mjpg")
 
@@ -25,7 +26,8 @@ class CorrectionSpec:
 
     ``input`` and ``output`` are paths, or ``-`` for standard input and output; ``calibration`` is the path
     of a calibration or a zoom table. ``size`` is the output's (width, height) in px and ``scale`` its
-    magnification; ``container_format`` the output's container by FFmpeg's name, needed only for a pipe.
+    magnification; ``container_format`` the output's container (y4m, matroska, mpegts, or another of FFmpeg's
+    names) where its suffix does not tell.
     ``lookup`` is how a zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the
     visible circle, holds until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of
     measuring the zoom (CSV or JSON lines). ``allow_protocols`` names the protocols that an input may open
@@ -59,6 +61,8 @@ class CorrectionSpec:
             raise UsageError(
                 f"--deinterlace {self.deinterlace}: it is one of {', '.join(DEINTERLACE)}"
             )
+        name = self.container_format
+        object.__setattr__(self, "container_format", _CONTAINERS.get(name or "", name))
         if self.lookup not in LOOKUPS:
             raise UsageError(f"--lookup {self.lookup}: it is one of {', '.join(LOOKUPS)}")
         if self.size is not None and self.scale is not None:
@@ -114,7 +118,9 @@ def correct(
     if not isinstance(lens, ZoomTable):
         _refuse_zoom_options(spec)
     source = PipeInput() if spec.input == PIPE else spec.input
-    if _holds_picture(source):
+    if isinstance(source, PipeInput) and not source.peek(1):
+        raise InputError("stdin: is empty")
+    if holds_picture(source):
         from .correct_picture import correct_picture
 
         return correct_picture(spec, lens, source)
@@ -136,7 +142,17 @@ def _refuse_zoom_options(spec: CorrectionSpec) -> None:
             )
 
 
-def _holds_picture(source: str | PipeInput) -> bool:
+def input_name(spec: CorrectionSpec) -> str:
+    """Return what messages call the input."""
+    return "stdin" if spec.input == PIPE else shown(spec.input)
+
+
+def output_name(spec: CorrectionSpec) -> str:
+    """Return what messages call the output."""
+    return "stdout" if spec.output == PIPE else shown(spec.output)
+
+
+def holds_picture(source: str | PipeInput) -> bool:
     """Tell a still picture from a video by its first bytes; a missing file is left for others to report."""
     if isinstance(source, PipeInput):
         return known_kind(source.peek(SIGNATURE_BYTES))
