@@ -89,7 +89,7 @@ def inline_table(row: dict[str, str]) -> str:
 def line(key: str, value: str, comment: str = "") -> str:
     """Return ``key = value  # comment`` with the comments of a section in one column."""
     entry = f"{key} = {value}"
-    return f"{entry:<{_COMMENT_COLUMN}}# {comment}" if comment else entry
+    return f"{entry:<{_COMMENT_COLUMN - 1}} # {comment}" if comment else entry
 
 
 def _listed(items: list[str]) -> str:
