@@ -22,7 +22,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("zoomtable",),
     "Correct": ("correct",),
     "Look and convert": ("show", "boundary"),
-    "Check and measure": (),
+    "Check and measure": ("synth",),
 }
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130

@@ -17,8 +17,8 @@ Light = NDArray[np.float32]
 class ContentCircle:
     """The round field stop of an endoscope.
 
-    ``center`` (x, y) in px; ``diameter`` in px of the frame's height, measured where the light has
-    fallen to half; ``softness`` is the width in px over which the light falls, at least one pixel.
+    ``center`` (x, y) in px; ``diameter`` in px of the frame's height, measured where the grey level above
+    black has fallen to half; ``softness`` is the width in px over which it falls, at least one pixel.
     """
 
     center: tuple[float, float]
@@ -26,7 +26,7 @@ class ContentCircle:
     softness: float = 1.5
 
     def transmission(self, size: tuple[int, int], pixel_aspect: float = 1.0) -> Light:
-        """Return the share of light that passes at each pixel, float32 (h, w)."""
+        """Return the share of the grey level that passes at each pixel, float32 (h, w)."""
         r = np.sqrt(squared_radius(size, self.center, pixel_aspect))
         return np.clip((self.diameter / 2 - r) / max(self.softness, 1.0) + 0.5, 0, 1)
 
@@ -80,21 +80,22 @@ class Camera:
             radius = self.vignetting_radius or math.hypot(w * pixel_aspect, h) / 2
             gain -= self.vignetting / radius**2 * squared_radius((w, h), middle, pixel_aspect)
             np.maximum(gain, 0, out=gain)
-        if circle:
-            gain *= circle.transmission((w, h), pixel_aspect)
         if self.tint is not None:
             gray = light[..., None] if light.ndim == 2 else light
             light = gray * np.array(self.tint, np.float32)
-        level = light * (gain if light.ndim == 2 else gain[..., None])
+        level = light * _like(gain, light)
         np.clip(level, 0, 1, out=level)
         if self.gamma != 1:
             cv2.pow(level, 1 / self.gamma, level)
+        if circle:
+            # After gamma, so that the circle's edge lies where it is stated, as one sees and measures it.
+            level *= _like(circle.transmission((w, h), pixel_aspect), level)
         level *= 255 - self.black
         level += self.black
         if self.noise:
             grain = rng.standard_normal((h, w), dtype=np.float32)
             grain *= self.noise
-            level += grain if level.ndim == 2 else grain[..., None]
+            level += _like(grain, level)
         return level
 
     def compress(self, picture: Picture) -> Picture:
@@ -103,6 +104,11 @@ class Camera:
             return picture
         _, packed = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, self.jpeg])
         return np.asarray(cv2.imdecode(packed, cv2.IMREAD_UNCHANGED), np.uint8)
+
+
+def _like(field: Light, picture: Light) -> Light:
+    """Give a field (h, w) the dimensions of a picture."""
+    return field if picture.ndim == 2 else field[..., None]
 
 
 def to_grey_levels(level: Light) -> Picture:

@@ -58,4 +58,5 @@ def typical_lens(size: tuple[int, int], strength: float = -1.3, fill: float = 0.
         focal,
         drift=(-0.008 * h, 0.011 * h),
         aside=(0.002 * h, -0.003 * h),
+        softness=0.004 * h,
     )

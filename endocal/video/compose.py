@@ -26,11 +26,13 @@ def compose(
     sound: NDArray[np.float32] | None = None,
     sound_rate: int = 48000,
     crf: float = 18,
+    name: str | None = None,
 ) -> int:
     """Encode pictures (uint8 (h, w, 3) BGR) as H.264 and ``sound`` (n,) as AAC; return the frame count.
 
     ``size`` is (width, height) in px, even numbers; ``rate`` is in frames per second. BT.709, limited range,
-    4:2:0. One thread, no clock: the same pictures give the same bytes. Raises OutputError where the file
+    4:2:0. One thread, no clock: the same pictures give the same bytes. ``name`` is what messages call the
+    file. Raises OutputError where the file
     cannot be written, UsageError for a suffix that names no container.
     """
     if size[0] % 2 or size[1] % 2:
@@ -38,12 +40,14 @@ def compose(
     try:
         container = av.open("file:" + path, mode="w", options={"fflags": "+bitexact"})
     except ValueError as error:
-        raise UsageError("the suffix names no known video format; use .mp4 or .mkv") from error
+        raise UsageError(
+            f"{name or path}: the suffix names no known video format; use .mp4 or .mkv"
+        ) from error
     try:
         with container:
             return _Composition(container, size, rate, sound, sound_rate, crf).write(pictures)
     except (av.error.FFmpegError, ValueError) as error:
-        raise OutputError(f"{path}: cannot be written ({reason(error)})") from error
+        raise OutputError(f"{name or path}: cannot be written ({reason(error)})") from error
 
 
 class _Composition:
