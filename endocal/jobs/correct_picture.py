@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -16,9 +15,9 @@ from ..files.images import PICTURE_SUFFIXES, Picture
 from ..files.names import shown
 from ..remap.remapper import Remapper
 from ..zoom.follow import FollowSpec
-from .correct import PIPE, CorrectionReport, CorrectionSpec
+from .correct import CorrectionReport, CorrectionSpec, input_name, output_name
 from .lens import Lens, fit_lens, model_source
-from .pipe import PipeInput
+from .pipe import PIPE, PipeInput, PipeOutput
 
 # A picture on a pipe has no suffix to name its kind.
 _PIPE_SUFFIX = ".png"
@@ -28,7 +27,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     """Correct a picture; see ``correct``. With a zoom table its visible circle tells the zoom."""
     began = time.monotonic()
     _check(spec)
-    name = shown(spec.input)
+    name = input_name(spec)
     data = read_picture_bytes(source) if isinstance(source, str) else source.read()
     image = decode_image(data, name)
     size = (image.shape[1], image.shape[0])
@@ -52,7 +51,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     _write(spec, corrected)
     return CorrectionReport(
         input=name,
-        output=shown(spec.output),
+        output=output_name(spec),
         frames=1,
         seconds=time.monotonic() - began,
         size_in=size,
@@ -76,7 +75,7 @@ def _check(spec: CorrectionSpec) -> None:
         ("--zoom-from", spec.zoom_from),
     ):
         if given:
-            raise UsageError(f"{option} is for videos; {shown(spec.input)} is a picture")
+            raise UsageError(f"{option} is for videos; {input_name(spec)} is a picture")
     if spec.output != PIPE and Path(spec.output).suffix.lower() not in PICTURE_SUFFIXES:
         raise UsageError(
             f"{shown(spec.output)}: a picture is written as {', '.join(PICTURE_SUFFIXES)}"
@@ -94,8 +93,7 @@ def _beside(left: Picture, right: Picture) -> Picture:
 
 def _write(spec: CorrectionSpec, image: Picture) -> None:
     if spec.output == PIPE:
-        sys.stdout.buffer.write(encode_image(image, _PIPE_SUFFIX))
-        sys.stdout.buffer.flush()
+        PipeOutput().write(encode_image(image, _PIPE_SUFFIX))
         return
     for path in (spec.input, spec.calibration):
         if path != PIPE and os.path.exists(spec.output) and os.path.samefile(path, spec.output):

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import BinaryIO
 
 from ..errors import InputError
 from ..files import atomic_output
@@ -21,9 +19,9 @@ from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
 from ..video.writer import OutputPicture, VideoWriter
 from ..zoom.follow import FollowSpec
-from .correct import PIPE, CorrectionReport, CorrectionSpec, Progress
+from .correct import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
 from .lens import Lens, ModelSource, fit_lens, model_source
-from .pipe import PipeInput
+from .pipe import PIPE, PipeInput, PipeOutput
 from .side_by_side import SideBySide
 from .whole_frames import WholeFrames
 from .zoom_log import RecordedZoom, ZoomLog, zoom_log
@@ -37,7 +35,7 @@ def correct_video(
 ) -> CorrectionReport:
     """Correct a video; see ``correct``."""
     began = time.monotonic()
-    name = shown(spec.input)
+    name = input_name(spec)
     with VideoReader(
         source, name=name, accepts=supported, allow_protocols=spec.allow_protocols
     ) as reader:
@@ -54,8 +52,8 @@ def correct_video(
                 info,
                 corrector.picture,
                 spec.encoder,
-                name=shown(spec.output),
-                container_format=spec.container_format,
+                name=output_name(spec),
+                container_format=_container(spec, info),
                 strip_metadata=spec.strip_metadata,
             ) as writer:
 
@@ -71,13 +69,20 @@ def correct_video(
                         seconds = time.monotonic() - began
                         progress(Progress(writer.frames, _expected(info), seconds))
 
-                run(whole.items(), change, writer.write, is_large=is_frame, tick=tick)
-                warnings = _warnings(reader)
+                run(
+                    whole.items(),
+                    change,
+                    writer.write,
+                    is_large=is_frame,
+                    tick=tick,
+                    on_stop=source.stop if isinstance(source, PipeInput) else lambda: None,
+                )
+                warnings = _warnings(reader, writer)
                 if spec.strict and warnings:
                     raise InputError(f"{name}: {'; '.join(warnings)} (--strict)")
         return CorrectionReport(
             input=name,
-            output=shown(spec.output),
+            output=output_name(spec),
             frames=writer.frames,
             seconds=time.monotonic() - began,
             size_in=info.size,
@@ -157,11 +162,18 @@ def _geometry(spec: CorrectionSpec, layout: FrameLayout, models: ModelSource) ->
     return lay_out((whole[0], whole[1]), None)
 
 
+def _container(spec: CorrectionSpec, info: StreamInfo) -> str | None:
+    """Name the output's container where its suffix does not: on a pipe, that of the input if it can flow."""
+    if spec.container_format is not None or spec.output != PIPE:
+        return spec.container_format
+    return info.container if info.container in ("yuv4mpegpipe", "mpegts") else "matroska"
+
+
 @contextlib.contextmanager
-def _target(spec: CorrectionSpec) -> Iterator[str | BinaryIO]:
+def _target(spec: CorrectionSpec) -> Iterator[str | PipeOutput]:
     """Give the writer its place: a temporary file that takes the final name at the end, or the pipe."""
     if spec.output == PIPE:
-        yield sys.stdout.buffer
+        yield PipeOutput()
         return
     with atomic_output(spec.output, overwrite=spec.overwrite, inputs=_inputs(spec)) as path:
         yield str(path)
@@ -187,7 +199,7 @@ def _expected(info: StreamInfo) -> int | None:
     return round(info.duration * info.rate) if info.duration else None
 
 
-def _warnings(reader: VideoReader) -> list[str]:
+def _warnings(reader: VideoReader, writer: VideoWriter) -> list[str]:
     """Say what was wrong with the input, once it has been read to its end."""
     warnings = []
     declared = reader.info.frames
@@ -195,6 +207,8 @@ def _warnings(reader: VideoReader) -> list[str]:
         warnings.append(f"{reader.damaged} damaged packets could not be decoded")
     if reader.corrupt:
         warnings.append(f"{reader.corrupt} frames were decoded with errors")
+    if writer.dropped:
+        warnings.append(f"{writer.dropped} damaged packets of other streams could not be copied")
     if reader.truncated:
         warnings.append("the file breaks off before its end")
     elif declared is not None and reader.decoded + reader.hidden < declared:

@@ -1,34 +1,88 @@
-"""Standard input and output as a picture or a video comes and goes through them."""
+"""Standard input and output as a picture or a video comes and goes through them.
+
+Both go past Python's buffers: a thread that waits for a pipe inside one would hold its lock, and the
+process could not end.
+"""
 
 from __future__ import annotations
 
+import io
+import os
+import select
 import sys
+import threading
 from typing import BinaryIO
+
+PIPE = "-"
+
+# How long a reader that waits for input takes to notice that nobody wants it any more, s.
+_NOTICE_S = 0.1
+_CHUNK = 1 << 20
 
 
 class PipeInput:
     """Standard input whose first bytes can be looked at and are still there to be read."""
 
-    name = "standard input"
-
     def __init__(self, file: BinaryIO | None = None) -> None:
         self._file: BinaryIO = sys.stdin.buffer if file is None else file
+        self._descriptor = _descriptor(self._file)
         self._head = b""
+        self._stopped = threading.Event()
 
     def peek(self, size: int) -> bytes:
         """Return the first ``size`` bytes, or all there are."""
-        while len(self._head) < size and (more := self._file.read(size - len(self._head))):
+        while len(self._head) < size and (more := self._next(size - len(self._head))):
             self._head += more
         return self._head[:size]
 
     def read(self, size: int = -1) -> bytes:
         """Read up to ``size`` bytes, as many as have come; all to the end where it is negative."""
         if size < 0:
-            head, self._head = self._head, b""
-            return head + self._file.read()
+            parts = []
+            while part := self.read(_CHUNK):
+                parts.append(part)
+            return b"".join(parts)
         if self._head:
             head, self._head = self._head[:size], self._head[size:]
             return head
-        # One system call, so that a live source is not held back until a whole buffer has come.
-        read1 = getattr(self._file, "read1", self._file.read)
-        return read1(size)
+        return self._next(size)
+
+    def stop(self) -> None:
+        """Let a read that waits in another thread end, as if the input had."""
+        self._stopped.set()
+
+    def _next(self, size: int) -> bytes:
+        if self._descriptor is None:
+            return self._file.read(size)
+        while not self._stopped.is_set():
+            ready, _, _ = select.select([self._descriptor], [], [], _NOTICE_S)
+            if ready:
+                return os.read(self._descriptor, size)
+        return b""
+
+
+class PipeOutput:
+    """Standard output for a muxer: it is written from front to end, also where it is a file."""
+
+    def __init__(self, file: BinaryIO | None = None) -> None:
+        self._file: BinaryIO = sys.stdout.buffer if file is None else file
+        self._file.flush()
+        self._descriptor = _descriptor(self._file)
+
+    def write(self, data: bytes) -> int:
+        """Pass the bytes on at once."""
+        if self._descriptor is None:
+            self._file.write(data)
+            return len(data)
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
+        return len(data)
+
+
+def _descriptor(file: BinaryIO) -> int | None:
+    """Return the file's descriptor, None where it only pretends to be a file."""
+    try:
+        return file.fileno()
+    except (AttributeError, io.UnsupportedOperation):
+        return None

@@ -75,15 +75,25 @@ class ContainerKind:
         """Whether frames have no time but their number, from 0 on."""
         return self.name in ("avi", "yuv4mpegpipe", "h264", "hevc", "rawvideo", "mjpeg")
 
-    def options(self, time_base: Fraction, tags: dict[str, str]) -> dict[str, str]:
-        """Return muxer options that keep times and ``tags`` as they are."""
+    def options(
+        self, time_base: Fraction, tags: dict[str, str], flows: bool = False
+    ) -> dict[str, str]:
+        """Return muxer options that keep times and ``tags`` as they are.
+
+        ``flows``: the output is a pipe, so that nothing can be put in later at its front.
+        """
         # Nothing is shifted to begin at zero.
         options = {"avoid_negative_ts": "disabled"}
         if self.name in _MOV:
             if time_base.numerator == 1:
                 options["video_track_timescale"] = str(time_base.denominator)
-            if not {key.lower() for key in tags} <= _MOV_TAGS:
-                options["movflags"] = "use_metadata_tags"
+            flags = [] if {key.lower() for key in tags} <= _MOV_TAGS else ["use_metadata_tags"]
+            flags += ["frag_keyframe", "empty_moov", "default_base_moof"] if flows else []
+            if flags:
+                options["movflags"] = "+".join(flags)
+        if self.name == "yuv4mpegpipe":
+            # More than 8 bits a sample are an extension, which every reader knows.
+            options["strict"] = "-1"
         if self.name == "mpegts":
             options["mpegts_copyts"] = "1"
         return options

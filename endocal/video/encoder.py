@@ -32,6 +32,12 @@ _QUALITY: dict[str, tuple[str, float]] = {
     "libvpx-vp9": ("crf", 20.0),
     "libsvtav1": ("crf", 20.0),
 }
+_CRF_LIMIT = {"libx264": 51, "libx264rgb": 51, "libx265": 51, "libvpx-vp9": 63, "libsvtav1": 63}
+# The encoders say nothing useful about a preset that they do not know, and one of them on stderr.
+_X26_PRESETS = (
+    *("ultrafast", "superfast", "veryfast", "faster", "fast", "medium"),
+    *("slow", "slower", "veryslow", "placebo"),
+)
 # Quick enough to keep up with surgery video, and slim: deep lookahead holds tens of frames.
 _PRESET = {"libx264": "veryfast", "libx264rgb": "veryfast", "libx265": "veryfast", "libsvtav1": "8"}
 # Pixel formats that differ from another in name only, the range being told apart from them.
@@ -74,6 +80,8 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
     Raises OutputError where the chosen encoder, or none, suits the container or the pixel format.
     """
     source_format = choice.pix_fmt or info.pix_fmt
+    if choice.pix_fmt is not None:
+        _check_format(choice.pix_fmt)
     if choice.codec is not None:
         codec = _encoder(choice.codec)
         pix_fmt = _pixel_format(codec, source_format)
@@ -87,6 +95,13 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
     else:
         codec, pix_fmt = _closest(info.codec, source_format, container)
     return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr, container))
+
+
+def _check_format(name: str) -> None:
+    try:
+        av.VideoFormat(name)
+    except ValueError as error:
+        raise UsageError(f"--pix-fmt {name}: no such pixel format") from error
 
 
 def _encoder(name: str) -> av.Codec:
@@ -134,6 +149,8 @@ def _options(
     if choice.crf is not None:
         if quality is None:
             raise UsageError(f"--crf: {codec} has no constant quality")
+        if not 0 <= choice.crf <= _CRF_LIMIT[codec]:
+            raise UsageError(f"--crf {choice.crf:g}: {codec} takes 0 to {_CRF_LIMIT[codec]}")
         value = choice.crf
     if quality is not None:
         options[quality] = f"{value:g}"
@@ -146,6 +163,8 @@ def _options(
     if codec == "ffv1":
         options |= {"level": "3", "slicecrc": "1", "g": "1"}
     if choice.preset is not None:
+        if codec.startswith("libx26") and choice.preset not in _X26_PRESETS:
+            raise UsageError(f"--preset {choice.preset}: {codec} has {', '.join(_X26_PRESETS)}")
         options["preset"] = choice.preset
     elif codec in _PRESET:
         options["preset"] = _PRESET[codec]

@@ -115,15 +115,17 @@ def run(
     *,
     is_large: Callable[[T], bool] = lambda item: True,
     tick: Callable[[], None] = lambda: None,
+    on_stop: Callable[[], None] = lambda: None,
     tick_s: float = 0.1,
-    patience_s: float = 5.0,
+    patience_s: float = 3.0,
 ) -> None:
     """Pass every item of ``source`` through ``change`` into ``sink``, each in a thread of its own.
 
     Items for which ``is_large`` is true are bounded in number. ``tick`` is called in the calling thread
-    every ``tick_s`` seconds, and an exception that it or an interrupt raises there ends the run. All threads
-    have ended on return, save one that blocks for ``patience_s`` in an input that gives nothing; the first
-    error of a stage is raised.
+    every ``tick_s`` seconds, and an exception that it or an interrupt raises there ends the run; ``on_stop``
+    is called when it ends before its time, to wake a source that waits. All threads have ended on return,
+    save one that blocks for ``patience_s`` in an output that takes nothing; the first error of a stage is
+    raised.
     """
     state = _Run()
     read: Channel[T] = Channel(QUEUE_DEPTH, is_large)
@@ -152,9 +154,11 @@ def run(
             tick()
             state.threads[-1].join(tick_s)
             if state.error is not None:
+                on_stop()
                 break
     except BaseException:
         state.stop()
+        on_stop()
         raise
     finally:
         for thread in state.threads:

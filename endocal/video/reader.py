@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
@@ -21,6 +22,9 @@ from .stream import StreamInfo, describe, descriptions, fourcc
 
 # So many packets in a row that cannot be decoded, and nothing more is to be expected of the file.
 MAX_CONSECUTIVE_FAILURES = 100
+
+# A file that ends by so many seconds before its declared duration has been cut off.
+_MISSING_S = 0.5
 
 Item = av.VideoFrame | av.Packet
 
@@ -49,6 +53,7 @@ class VideoReader:
         self.corrupt = 0
         self.truncated = False
         self.hidden = 0
+        self._end = -math.inf
         self._failures = 0
         self._source = source
         self._accepts = accepts
@@ -189,7 +194,7 @@ class VideoReader:
             try:
                 packet = next(packets)
             except StopIteration:
-                return
+                break
             except av.error.FFmpegError:
                 # The container breaks off here. What the decoder still holds is worth having.
                 self.truncated = True
@@ -199,7 +204,23 @@ class VideoReader:
                 if packet.stream is self._stream:
                     yield self._flush_packet()
                 continue
+            self._note_time(packet)
             yield packet
+        self.truncated = self.truncated or self._ends_early()
+
+    def _note_time(self, packet: av.Packet) -> None:
+        time = packet.pts if packet.pts is not None else packet.dts
+        if time is not None and packet.time_base:
+            end = float((time + (packet.duration or 0)) * packet.time_base)
+            self._end = max(self._end, end)
+
+    def _ends_early(self) -> bool:
+        """Tell whether all streams end well before the container says."""
+        container = self._container
+        if not container.duration or self._end == -math.inf:
+            return False
+        declared = ((container.start_time or 0) + container.duration) / av.time_base
+        return declared - self._end > _MISSING_S
 
     def _flush_packet(self) -> av.Packet:
         packet = av.Packet()

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import NoReturn, Protocol, Self
 
 import av
 import av.container
+import av.logging
 import av.stream
 
 from ..errors import OutputError, UsageError
@@ -24,6 +25,8 @@ from .reader import Item, VideoReader
 from .stream import StreamInfo
 from .tags import container_tags, stream_tags
 
+# The container flag by which every packet is passed on at once.
+_FLUSH_PACKETS = 0x0200
 # FFmpeg's numbers for the colour range: unspecified, limited, full.
 _RANGES = {None: 0, False: 1, True: 2}
 
@@ -37,19 +40,28 @@ class OutputPicture:
     sample_aspect: Fraction | None
 
 
+class Writable(Protocol):
+    """What a pipe takes: bytes, from front to end."""
+
+    def write(self, data: bytes) -> int:
+        """Write all of the bytes."""
+        ...
+
+
 class VideoWriter:
     """Encodes frames and copies packets into one file or pipe.
 
     The frames have the source's time stamps and colour; ``frame()`` hands out frames to fill and ``write``
     takes them, and the other streams' packets, in the order in which the reader gave them. ``info`` is the
     source's, with its rate and time base as they come out. ``name`` is what messages call the output;
-    ``notes`` says in plain words what could not be kept, and ``frames`` counts.
+    ``notes`` says in plain words what could not be kept; ``frames`` counts those written and ``dropped``
+    the damaged packets of other streams that no container takes.
     Raises OutputError where the container or the encoder refuses.
     """
 
     def __init__(
         self,
-        target: str | BinaryIO,
+        target: str | Writable,
         like: VideoReader,
         info: StreamInfo,
         picture: OutputPicture,
@@ -62,6 +74,7 @@ class VideoWriter:
         self.name = name
         self.notes: list[str] = []
         self.frames = 0
+        self.dropped = 0
         self._packets = 0
         self._first_pts: int | None = None
         self._last_pts: int | None = None
@@ -70,13 +83,20 @@ class VideoWriter:
         self._pool = FramePool(picture.size, picture.pix_fmt)
         self._lock = threading.Lock()
         self._container = self._open(target, container_format)
+        if not isinstance(target, str):
+            # Whoever reads the pipe gets each packet when it is there.
+            self._container.flags |= _FLUSH_PACKETS
         self._kind = ContainerKind(self._container.format.name)
         try:
             self._add_video(picture, choice)
             self._copies = self._add_others(like, strip_metadata)
             self._copy_tags(like, strip_metadata)
             self._container.container_options.update(
-                self._kind.options(self._info.time_base, self._container.metadata)
+                self._kind.options(
+                    self._info.time_base,
+                    self._container.metadata,
+                    flows=not isinstance(target, str),
+                )
             )
             self._guard(self._container.start_encoding)
         except BaseException:
@@ -165,13 +185,17 @@ class VideoWriter:
     def _guard(self, action: Callable[[], list[av.Packet] | None]) -> list[av.Packet]:
         try:
             return action() or []
-        except BrokenPipeError:
-            raise
         except (av.error.FFmpegError, ValueError, OSError) as error:
-            raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
+            self._refuse(error)
+
+    def _refuse(self, error: Exception) -> NoReturn:
+        """Raise what a failed write means: a reader of the pipe that has gone is for the caller to judge."""
+        if isinstance(error, BrokenPipeError):
+            raise error
+        raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
 
     def _open(
-        self, target: str | BinaryIO, container_format: str | None
+        self, target: str | Writable, container_format: str | None
     ) -> av.container.OutputContainer:
         try:
             return av.open(
@@ -181,8 +205,9 @@ class VideoWriter:
                 buffer_size=1 << 20,
             )
         except ValueError as error:
+            what = "its suffix" if container_format is None else f"--format {container_format}"
             raise UsageError(
-                f"{self.name}: the suffix names no known video format; use one such as .mp4 or .mkv"
+                f"{self.name}: {what} names no video format; use one such as .mp4, .mkv, .mov or .avi"
             ) from error
         except av.error.FFmpegError as error:
             raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
@@ -213,10 +238,26 @@ class VideoWriter:
         if info.display_matrix is not None:
             stream.set_display_matrix(info.display_matrix)
         self._stream = stream
-        self._guard(context.open)
+        self._open_encoder(stream)
+
+    def _open_encoder(self, stream: av.VideoStream) -> None:
+        context = stream.codec_context
+        level = av.logging.get_level()
+        av.logging.set_level(av.logging.ERROR)
+        try:
+            with av.logging.Capture() as messages:
+                context.open()
+        except av.error.FFmpegError as error:
+            why = messages[0][2].strip() if messages else reason(error)
+            raise OutputError(
+                f"{self.name}: {context.name} refuses frames of {context.width}x{context.height}"
+                f" {context.pix_fmt}: {why}"
+            ) from error
+        finally:
+            av.logging.set_level(level)
         if context.options:
             unknown = ", ".join(context.options)
-            raise UsageError(f"--codec-option {unknown}: {settings.codec} has no such option")
+            raise UsageError(f"--codec-option {unknown}: {context.name} has no such option")
 
     def _add_others(self, like: VideoReader, strip_metadata: bool) -> dict[int, av.stream.Stream]:
         """Add a copy of each other stream; return them by the index of their source."""
@@ -262,7 +303,13 @@ class VideoWriter:
                 packet.pts = None if packet.pts is None else max(packet.pts, last)
             self._last_dts[copy.index] = packet.dts
         packet.stream = copy
-        self._mux([packet])
+        try:
+            self._container.mux_one(packet)
+        except (av.error.InvalidDataError, av.error.ArgumentError, av.error.PatchWelcomeError):
+            # A damaged packet that the container cannot even repackage. The rest is worth having.
+            self.dropped += 1
+        except (av.error.FFmpegError, OSError) as error:
+            self._refuse(error)
 
     def _mux(self, packets: list[av.Packet]) -> None:
         for packet in packets:
