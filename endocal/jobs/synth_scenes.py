@@ -23,6 +23,8 @@ SCENES = ("board", "tissue")
 
 # What a scope's lamp and sensor make of white: gains of blue, green and red.
 _TINT = (0.90, 0.97, 1.0)
+# Larger pictures than any scope's, and yet rendered in a few hundred MB.
+_LARGEST_SIDE = 8192
 # A stronger lens shows its rim more than ten times as large, and nothing can be read there.
 _STRONGEST = -3.6
 
@@ -53,6 +55,9 @@ class BoardSpec:
     jpeg: int | None = None
     seed: int = 0
 
+    def __post_init__(self) -> None:
+        _check_size(self.size)
+
 
 @dataclass(frozen=True)
 class ZoomSpec:
@@ -71,6 +76,7 @@ class ZoomSpec:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        _check_size(self.size)
         if not self.zooms or not all(0 < z < 100 for z in self.zooms):
             raise UsageError("--zooms: give numbers above 0, such as 1,1.5,2")
         if not _STRONGEST <= self.strength <= 1:
@@ -112,6 +118,8 @@ class ClipSpec(ZoomSpec):
             raise UsageError(f"--sound {self.sound}: it is one of {', '.join(SOUNDS)}")
         if not (0 < self.duration <= 3600 and 1 <= self.rate <= 1000):
             raise UsageError("a clip lasts up to 3600 s, at 1 to 1000 frames per second")
+        if not (0 <= self.motion <= 10 and -2 <= self.approach <= 0.5):
+            raise UsageError("--motion lies from 0 to 10, --approach from -2 to 0.5")
         if not 0 <= self.instruments <= 8:
             raise UsageError(f"--instruments {self.instruments}: from 0 to 8")
 
@@ -201,6 +209,11 @@ def clip_scene(spec: ClipSpec) -> ClipScene:
         else None,
         seed=spec.seed,
     )
+
+
+def _check_size(size: tuple[int, int]) -> None:
+    if not all(16 <= n <= _LARGEST_SIDE for n in size):
+        raise UsageError(f"--size {size[0]}x{size[1]}: from 16 to {_LARGEST_SIDE} px a side")
 
 
 def _covering(scene: BoardScene, share: float) -> BoardScene:

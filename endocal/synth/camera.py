@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import UsageError
+
 Picture = NDArray[np.uint8]
 Light = NDArray[np.float32]
 
@@ -51,6 +53,16 @@ class Camera:
     noise: float = 0.0
     tint: tuple[float, float, float] | None = None
     jpeg: int | None = None
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.blur <= 100 and 0 <= self.noise <= 255 and 0 <= self.black < 255):
+            raise UsageError(
+                "blur lies from 0 to 100 px, noise and black from 0 to 255 grey levels"
+            )
+        if not (0 <= self.vignetting <= 1 and 0.1 <= self.gamma <= 10):
+            raise UsageError("vignetting lies from 0 to 1, gamma from 0.1 to 10")
+        if self.jpeg is not None and not 1 <= self.jpeg <= 100:
+            raise UsageError(f"JPEG quality {self.jpeg}: it lies from 1 to 100")
 
     @property
     def reach(self) -> int:

@@ -16,7 +16,7 @@ from .motion import EyeMotion, ZoomPath
 from .objects import MovingInstrument
 from .pattern import Pattern, Pose
 from .rays import pixel_rays
-from .tissue import Eye, Tissue
+from .tissue import Eye, Tissue, texels_for
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,8 @@ class ClipFrame:
 
 def clip_frames(scene: ClipScene) -> Iterator[ClipFrame]:
     """Render the clip frame by frame; the same scene gives the same bytes."""
-    tissue = Tissue(scene.seed)
+    nearest = max(zoom for _, zoom in scene.path.keys)
+    tissue = Tissue(scene.seed, texels_for(scene.lens.focal_at(nearest)))
     for index in range(scene.frames):
         time = index / scene.rate
         zoom = scene.path.at(float(time))

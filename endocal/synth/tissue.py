@@ -55,11 +55,13 @@ class Eye:
 
 
 class Tissue:
-    """The painted surface z = 1 - bowl (x^2 + y^2) + relief(x, y), the same for the same ``seed``."""
+    """The painted surface z = 1 - bowl (x^2 + y^2) + relief(x, y), the same for the same ``seed``.
 
-    def __init__(self, seed: int, texels: int = 2560, bowl: float = 0.5) -> None:
+    ``texels`` is how finely it is painted: the number of texels on each side.
+    """
+
+    def __init__(self, seed: int, texels: int, bowl: float = 0.5) -> None:
         rng = np.random.default_rng(seed)
-        self._texels = texels
         self._bowl = bowl
         self._relief = fractal_noise(rng, (512, 512), {6: 0.10, 14: 0.05, 30: 0.015})
         self._paint = _paint(rng, texels)
@@ -120,6 +122,11 @@ class Tissue:
         # Not left to the border mode alone: far off, coordinates overflow the look-up's integers.
         across, down = (np.clip(v * scale + middle, -1, n) for v in (x, y))
         return cv2.remap(image, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+
+
+def texels_for(focal: float) -> int:
+    """Return how many texels a side show one to the pixel through a lens of this focal length, px."""
+    return int(np.clip(math.ceil(focal * 2 * _EXTENT), 512, 4096))
 
 
 def _paint(rng: np.random.Generator, texels: int) -> NDArray[np.uint8]:

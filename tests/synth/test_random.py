@@ -5,19 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from endocal.boundary.circle import Boundary
+from endocal.boundary.content import content_radius
 from endocal.synth.board import BoardScene, plane_coordinates, render_board, true_corners, visible
 from endocal.synth.random import DEEPEST, SIZES, STRONGEST, WEAKEST, random_board
 
 SCENES = [random_board(seed) for seed in range(300)]
 
 
-def content_radius(scene: BoardScene) -> float:
-    """Distance in px from the distortion centre to the farthest visible pixel."""
-    w, h = scene.model.size
-    y, x = np.mgrid[0:h:2, 0:w:2]
-    points = np.stack([x, y], -1).astype(float)
-    seen = visible(BoardScene(scene.model, scene.pattern, scene.pose, scene.circle), points)
-    return float(np.linalg.norm(points[seen] - scene.model.center, axis=-1).max())
+def inner_strength(scene: BoardScene) -> float:
+    """lam R^2 at the farthest visible content."""
+    circle, model = scene.circle, scene.model
+    boundary = Boundary(circle.center, circle.diameter, 0.0, 1.0) if circle else None
+    return model.lam * content_radius(model.center, model.size, boundary) ** 2
+
+
+def corner_strength(scene: BoardScene) -> float:
+    """lam R^2 at the farthest corner of the frame."""
+    return scene.model.lam * content_radius(scene.model.center, scene.model.size) ** 2
 
 
 def share(values: list[bool]) -> float:
@@ -25,29 +30,20 @@ def share(values: list[bool]) -> float:
 
 
 def test_no_visible_place_is_folded() -> None:
-    for scene in SCENES[::5]:
-        assert scene.model.lam * content_radius(scene) ** 2 > DEEPEST - 0.01
+    assert min(inner_strength(s) for s in SCENES) > DEEPEST - 0.01
 
 
 def test_distortion_covers_its_range() -> None:
-    strengths = []
-    for scene in SCENES:
-        model = scene.model
-        w, h = model.size
-        cx, cy = model.center
-        corner = np.hypot(max(cx, w - 1 - cx), max(cy, h - 1 - cy)) + 1
-        at_corner = model.lam * corner**2
-        inner = model.lam * content_radius(scene) ** 2 if at_corner < WEAKEST else at_corner
-        # R is the content's radius, or the corner's where the strength is beyond what content can show.
-        beyond = scene.circle is not None and at_corner < DEEPEST
-        strengths.append((inner, at_corner, beyond))
-    inner = np.array([s[0] for s in strengths])
-    at_corner = np.array([s[1] for s in strengths])
-    assert inner.max() <= WEAKEST * 0.97
-    assert inner.max() > -0.15
-    assert at_corner.max() <= WEAKEST * 0.97
-    # Two scenes in five are drawn beyond DEEPEST, and stay above STRONGEST at the corner.
-    assert share([STRONGEST <= k < -1.2 for k in at_corner]) > 0.1
+    # One pixel more or less in R is up to 2 % of lam R^2 in the smallest frame.
+    visible_strengths = [inner_strength(s) for s in SCENES]
+    assert 0.97 * WEAKEST > max(visible_strengths) > 2 * WEAKEST
+    assert min(visible_strengths) < 0.95 * DEEPEST
+    # Without a circle the content ends at the corner; what is drawn beyond DEEPEST has a circle.
+    open_frames = [corner_strength(s) for s in SCENES if s.circle is None]
+    assert min(open_frames) > DEEPEST - 0.01
+    beyond = [corner_strength(s) < DEEPEST for s in SCENES]
+    assert 0.35 < share(beyond) < 0.8
+    assert min(corner_strength(s) for s in SCENES) < 0.95 * STRONGEST
 
 
 def test_centers_fill_the_central_region_and_nothing_else() -> None:
