@@ -17,15 +17,23 @@ from .layout import FrameLayout, PlaneLayout
 from .numpy_engine import NumpyEngine
 
 
+class Pending(Protocol):
+    """A frame on its way."""
+
+    def wait(self) -> None:
+        """Return when the output planes are written."""
+        ...
+
+
 class Engine(Protocol):
     """What an engine does: resample the planes of a frame through a model."""
 
     device_name: str
 
-    def apply(
+    def submit(
         self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
-    ) -> None:
-        """Write every plane of ``out`` from ``planes``; both were checked."""
+    ) -> Pending:
+        """Start to write every plane of ``out`` from ``planes``; both fit the layout."""
         ...
 
 
@@ -43,6 +51,7 @@ class FrameRemapper:
         geometry: OutputGeometry,
         interpolation: str = "bilinear",
         device: str = "auto",
+        engine: Engine | None = None,
     ) -> None:
         if interpolation not in TAPS:
             raise UsageError(
@@ -56,7 +65,7 @@ class FrameRemapper:
         self.layout = layout
         self.output_layout = layout.resized(geometry.size)
         self.geometry = geometry
-        self._engine = _engine(layout, geometry, interpolation, device)
+        self._engine = engine or choose_engine(layout, geometry, interpolation, device)
         self._lock = threading.Lock()
 
     @property
@@ -72,7 +81,17 @@ class FrameRemapper:
         ``planes`` and ``out`` hold one 2-D array (rows, columns * components) for each plane of ``layout``
         and ``output_layout``, uint8 or uint16, with any number of bytes from row to row; they must not
         overlap. What the model determines is worked out again only when it differs from the last one.
-        Raises InputError where a model or an array does not fit.
+        Raises InputError where a model or an array does not fit, DeviceError where the device failed.
+        """
+        self.submit(model, planes, out).wait()
+
+    def submit(
+        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    ) -> Pending:
+        """Start on one frame and return while it is on its way; ``wait`` on the result for ``out``.
+
+        As ``apply``; the arrays must be left alone until then, and at most two frames may be on their way,
+        waited for in the order of their submission.
         """
         if model.size != self.layout.size:
             raise InputError(
@@ -81,13 +100,32 @@ class FrameRemapper:
             )
         _check("input", planes, self.layout.planes)
         _check("output", out, self.output_layout.planes)
+        plain_in = [p if _is_plain(p) else np.ascontiguousarray(p) for p in planes]
+        plain_out = [p if _is_plain(p) else np.empty(p.shape, p.dtype) for p in out]
         with self._lock:
-            self._engine.apply(model, planes, out)
+            pending = self._engine.submit(model, plain_in, plain_out)
+        returns = [(o, p) for o, p in zip(out, plain_out, strict=True) if o is not p]
+        return _Return(pending, returns) if returns else pending
 
 
-def _engine(
+class _Return:
+    """A frame on its way to arrays that an engine cannot write itself."""
+
+    def __init__(self, pending: Pending, returns: list[tuple[np.ndarray, np.ndarray]]) -> None:
+        self._pending = pending
+        self._returns = returns
+
+    def wait(self) -> None:
+        """Return when the output planes are written."""
+        self._pending.wait()
+        for out, plain in self._returns:
+            np.copyto(out, plain)
+
+
+def choose_engine(
     layout: FrameLayout, geometry: OutputGeometry, interpolation: str, device: str
 ) -> Engine:
+    """Return the engine for a device; pyopencl is imported only where it is needed."""
     grids = plane_grids(layout, geometry)
     if device == "numpy":
         return NumpyEngine(grids, interpolation)
@@ -107,3 +145,11 @@ def _check(role: str, arrays: Sequence[np.ndarray], planes: Sequence[PlaneLayout
                 f"{role} plane {number} is {array.dtype} {array.shape}; the format asks for"
                 f" {plane.dtype} {plane.shape}"
             )
+
+
+def _is_plain(plane: np.ndarray) -> bool:
+    """Whether a plane's rows run forward in memory, each without gaps."""
+    rows, columns = plane.shape
+    along = columns == 1 or plane.strides[1] == plane.itemsize
+    down = plane.strides[0] >= columns * plane.itemsize and plane.strides[0] % plane.itemsize == 0
+    return along and (down or rows == 1)

@@ -157,7 +157,7 @@ def _crop(
 
     def fits(middles: Points, step: NDArray[np.float64], rim: Points) -> NDArray[np.bool_]:
         points = middles[:, None] + step[:, None, None] * rim
-        return _shows_content(models, circles, points).all(axis=1)
+        return np.asarray(_shows_content(models, circles, points).all(axis=1))
 
     def largest(middles: Points, rim: Points, least: float) -> NDArray[np.float64]:
         """The largest step around each middle, or ``least`` where a larger one does not fit."""

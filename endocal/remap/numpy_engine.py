@@ -1,4 +1,4 @@
-"""The reference engine: float64 NumPy, plain, exact to rounding."""
+"""The reference engine: NumPy in float64, on one core."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ROWS = 64
 
 
 class NumpyEngine:
-    """Resamples planes by float64 NumPy on one core."""
+    """Resamples frames in float64."""
 
     device_name = "numpy"
 
@@ -23,15 +23,23 @@ class NumpyEngine:
         self._grids = tuple(grids)
         self._interpolation = interpolation
 
-    def apply(
+    def submit(
         self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
-    ) -> None:
-        """Resample every plane; see FrameRemapper.apply."""
+    ) -> Done:
+        """Resample every plane, at once; see FrameRemapper.apply."""
         for grid, source, target in zip(self._grids, planes, out, strict=True):
             for top in range(0, grid.output.size[1], _ROWS):
                 rows = slice(top, min(top + _ROWS, grid.output.size[1]))
                 dx, dy = grid.displacement(model, rows)
                 target[rows] = resample(grid, source, dx, dy, rows, self._interpolation)
+        return Done()
+
+
+class Done:
+    """A frame that has arrived."""
+
+    def wait(self) -> None:
+        """Return at once."""
 
 
 def resample(

@@ -1,7 +1,8 @@
-"""OpenCL devices: which there are, which one is meant, and one context for each."""
+"""OpenCL devices: which there are, which one is meant, and one session for each."""
 
 from __future__ import annotations
 
+import os
 import threading
 from dataclasses import dataclass
 from functools import cache
@@ -16,24 +17,43 @@ _INSTALL = (
     "install an OpenCL driver (pip install 'pyopencl[pocl]' brings one for the CPU)"
     " or pass --device numpy"
 )
+# The order in which ``auto`` prefers kinds of device.
+_KINDS = (
+    (cl.device_type.GPU, "GPU"),
+    (cl.device_type.ACCELERATOR, "accelerator"),
+    (cl.device_type.CPU, "CPU"),
+)
 
 
 @dataclass(frozen=True)
-class DeviceAddress:
-    """A device by platform and device number, as ``--device P:D`` names it."""
+class ListedDevice:
+    """An OpenCL device and its number, ``P:D``, by platform and device."""
 
     platform: int
-    device: int
+    number: int
+    device: cl.Device
 
-    def __str__(self) -> str:
-        return f"{self.platform}:{self.device}"
+    @property
+    def address(self) -> str:
+        """The number as ``--device`` takes it."""
+        return f"{self.platform}:{self.number}"
+
+    @property
+    def name(self) -> str:
+        """The device's name."""
+        return str(self.device.name).strip()
+
+    @property
+    def kind(self) -> str:
+        """GPU, accelerator, CPU or other."""
+        return next((name for bit, name in _KINDS if self.device.type & bit), "other")
 
 
-def list_devices() -> list[tuple[DeviceAddress, cl.Device]]:
+def list_devices() -> list[ListedDevice]:
     """Return every OpenCL device of every platform; an empty list where there is no platform."""
     try:
         platforms = cl.get_platforms()
-    except cl.LogicError:  # the loader has no platform at all
+    except cl.Error:  # the loader knows no platform
         return []
     found = []
     for p, platform in enumerate(platforms):
@@ -41,66 +61,108 @@ def list_devices() -> list[tuple[DeviceAddress, cl.Device]]:
             devices = platform.get_devices()
         except cl.Error:  # a driver without its hardware
             continue
-        found += [(DeviceAddress(p, d), device) for d, device in enumerate(devices)]
+        found += [ListedDevice(p, d, device) for d, device in enumerate(devices)]
     return found
 
 
-def choose_device(name: str) -> tuple[cl.Device, str]:
+def choose_device(name: str) -> tuple[ListedDevice, str]:
     """Return the device meant by ``auto``, ``P:D`` or part of a name, and why it was taken.
 
-    Raises DeviceError, naming what exists, where none fits; there is no fallback.
+    ``auto`` takes what PYOPENCL_CTX names, where that is set (pyopencl's own convention: platform and
+    device, each a number or part of a name, with a colon between); else a GPU before an accelerator before
+    a CPU, and of one kind the one with the most compute units. Raises DeviceError, naming what exists,
+    where none fits; there is no fallback.
     """
     devices = list_devices()
     if not devices:
         raise DeviceError(f"no OpenCL device was found: {_INSTALL}")
-    if name == "auto":
-        ranked = sorted(devices, key=lambda entry: _rank(entry[1]))
-        return ranked[0][1], _reason(ranked[0][1])
-    for address, device in devices:
-        if str(address) == name:
-            return device, "named by its number"
-    for _, device in devices:
-        if name.lower() in f"{device.platform.name} {device.name}".lower():
-            return device, "named"
-    known = ", ".join(f"{address} ({device.name.strip()})" for address, device in devices)
-    raise DeviceError(f"no OpenCL device matches {name!r}; there are {known}, and numpy")
+    wanted = os.environ.get("PYOPENCL_CTX", "") if name == "auto" else name
+    if not wanted:
+        return _best(devices)
+    reason = "named by PYOPENCL_CTX" if name == "auto" else "named"
+    for entry in devices:
+        if name == "auto" and _answers(wanted, entry):
+            return entry, reason
+        if name != "auto" and name in (entry.address, entry.name):
+            return entry, reason
+    for entry in devices:
+        if name != "auto" and name.lower() in f"{entry.device.platform.name} {entry.name}".lower():
+            return entry, reason
+    known = ", ".join(f"{entry.address} ({entry.name})" for entry in devices)
+    origin = f"PYOPENCL_CTX={wanted}" if name == "auto" else repr(name)
+    raise DeviceError(f"no OpenCL device matches {origin}; there are {known}, and numpy")
 
 
-def _rank(device: cl.Device) -> tuple[int, int]:
-    """GPUs first, then accelerators, then CPUs; more compute units first."""
-    kinds = (cl.device_type.GPU, cl.device_type.ACCELERATOR, cl.device_type.CPU)
-    kind = next((k for k, bit in enumerate(kinds) if device.type & bit), len(kinds))
-    return kind, -device.max_compute_units
+def _best(devices: list[ListedDevice]) -> tuple[ListedDevice, str]:
+    kinds = [name for _, name in _KINDS] + ["other"]
+    ranked = sorted(devices, key=lambda e: (kinds.index(e.kind), -e.device.max_compute_units))
+    first = ranked[0]
+    if len(devices) == 1:
+        return first, "the only OpenCL device"
+    rivals = [entry for entry in devices if entry.kind == first.kind]
+    if len(rivals) > 1:
+        return first, f"the {first.kind} with the most compute units"
+    return first, f"a {first.kind} is taken before a {ranked[1].kind}"
 
 
-def _reason(device: cl.Device) -> str:
-    return "a GPU is taken before a CPU" if device.type & cl.device_type.GPU else "no GPU was found"
+def _answers(wanted: str, entry: ListedDevice) -> bool:
+    """Whether a device is the one that PYOPENCL_CTX's answers pick."""
+    parts = (*wanted.split(":"), "")[:2]
+    facts = ((entry.platform, entry.device.platform.name), (entry.number, entry.name))
+    return all(
+        not part or part == str(number) or (not part.isdigit() and part.lower() in name.lower())
+        for part, (number, name) in zip(parts, facts, strict=True)
+    )
 
 
 class DeviceSession:
-    """A device with its context, its queue and the programs built for it, shared by every engine on it."""
+    """A device with its context and the programs built for it, shared by every engine on it."""
 
-    def __init__(self, device: cl.Device) -> None:
-        self.device = device
-        name_unknown_processor(device.int_ptr, device.version)
-        self.context = cl.Context([device])
+    def __init__(self, listed: ListedDevice) -> None:
+        self.device = listed.device
+        self.name = listed.name
+        self.is_cpu = listed.kind == "CPU"
+        name_unknown_processor(self.device.int_ptr, self.device.version)
+        try:
+            self.context = cl.Context([self.device])
+        except cl.Error as error:
+            raise DeviceError(f"{self.name} cannot be used: {_first_line(error)}") from error
         self._programs: dict[tuple[tuple[str, ...], tuple[str, ...]], cl.Program] = {}
         self._lock = threading.Lock()
 
     @property
     def shares_memory(self) -> bool:
         """Whether the device works on the host's memory, so that planes need no copy."""
-        return bool(self.device.host_unified_memory)
+        return self.is_cpu or bool(self.device.host_unified_memory)
+
+    @property
+    def lanes(self) -> int:
+        """How many floats the device's vectors hold, as the kernels can use them: 8 or 16."""
+        return 16 if self.device.native_vector_width_float >= 16 else 8
 
     def program(self, files: tuple[str, ...], options: tuple[str, ...]) -> cl.Program:
-        """Build the named kernel files, joined in that order, once for each set of options."""
+        """Build the named kernel files, joined in that order, once for each set of options.
+
+        Raises DeviceError where the device's compiler refuses them.
+        """
         with self._lock:
             if (files, options) not in self._programs:
                 source = "\n".join(_kernel_source(file) for file in files)
-                self._programs[files, options] = cl.Program(self.context, source).build(
-                    list(options)
-                )
+                try:
+                    program = cl.Program(self.context, source).build(list(options))
+                except cl.Error as error:
+                    raise DeviceError(
+                        f"{self.name} cannot build the kernels ({_first_line(error)});"
+                        " pass another --device, or --device numpy"
+                    ) from error
+                self._programs[files, options] = program
             return self._programs[files, options]
+
+
+def _first_line(error: Exception) -> str:
+    """The most telling line of an OpenCL error: the compiler's first complaint, else the first line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return next((line for line in lines if line.startswith("error:")), lines[0] if lines else "")
 
 
 @cache
@@ -112,9 +174,9 @@ _sessions: dict[int, DeviceSession] = {}
 _sessions_lock = threading.Lock()
 
 
-def session(device: cl.Device) -> DeviceSession:
+def session(listed: ListedDevice) -> DeviceSession:
     """Return the one session of a device."""
     with _sessions_lock:
-        if device.int_ptr not in _sessions:
-            _sessions[device.int_ptr] = DeviceSession(device)
-        return _sessions[device.int_ptr]
+        if listed.device.int_ptr not in _sessions:
+            _sessions[listed.device.int_ptr] = DeviceSession(listed)
+        return _sessions[listed.device.int_ptr]

@@ -1,118 +1,123 @@
-"""The OpenCL engine: planes resampled on a device."""
+"""The OpenCL engine: frames resampled on a device."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 
 import numpy as np
 import pyopencl as cl
 
+from ..errors import DeviceError
 from ..model import DivisionModel
 from .grid import PlaneGrid
-from .interpolation import TAPS
-from .opencl_device import choose_device, session
-
-# A square root and a division give the first guess; so many Newton steps reach single precision.
-_NEWTON_STEPS = 8
+from .opencl_device import DeviceSession, choose_device, session
+from .opencl_memory import Planes, SharedPlanes, StagedPlanes
+from .opencl_plane import OpenCLPlane
 
 
 class OpenCLEngine:
-    """Resamples planes on one OpenCL device."""
+    """Resamples frames on one OpenCL device.
 
-    def __init__(self, grids: Sequence[PlaneGrid], interpolation: str, device: str) -> None:
-        chosen, self.reason = choose_device(device)
-        self._session = session(chosen)
-        self.device_name = chosen.name.strip()
-        self._queue = cl.CommandQueue(self._session.context)
-        self._grids = tuple(grids)
-        self._interpolation = interpolation
-        self._kernels: dict[tuple[int, bool], cl.Kernel] = {}
+    ``strategy`` is ``direct`` (coordinates on the fly), ``baked`` (strips and maps, see OpenCLPlane) or
+    ``auto``: baked on a CPU, direct elsewhere. ``staged`` sends planes through pinned memory, two frames in
+    flight; by default that is done where the device has memory of its own.
+    """
 
-    def apply(
-        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    def __init__(
+        self,
+        grids: Sequence[PlaneGrid],
+        interpolation: str,
+        device: str = "auto",
+        strategy: str = "auto",
+        staged: bool | None = None,
     ) -> None:
-        """Resample every plane; see FrameRemapper.apply."""
-        for k, (grid, source, target) in enumerate(zip(self._grids, planes, out, strict=True)):
-            kernel = self._kernel(k, model.lam2 != 0)
-            flags = cl.mem_flags
-            flat, flat_out = _flat(source), _flat(target)
-            a = cl.Buffer(self._session.context, flags.READ_ONLY | flags.USE_HOST_PTR, hostbuf=flat)
-            b = cl.Buffer(
-                self._session.context, flags.READ_WRITE | flags.USE_HOST_PTR, hostbuf=flat_out
-            )
-            kernel(
-                self._queue,
-                grid.output.size,
-                None,
-                a,
-                _pitch(source),
-                _int2(grid.source.size),
-                b,
-                _pitch(target),
-                _int2(grid.output.size),
-                _float(grid.source.origin),
-                _float(grid.source.step),
-                _float(grid.shift),
-                _float(grid.stretch),
-                _float(grid.center(model)),
-                _float(grid.metric(model)),
-                np.float32(model.lam),
-                np.float32(model.lam2),
-                np.float32(squared_reach(model)),
-                _float((*grid.source.fill, 0, 0, 0, 0)[:4]),
-            )
-            mapped, _ = cl.enqueue_map_buffer(
-                self._queue, b, cl.map_flags.READ, 0, flat_out.shape, flat_out.dtype
-            )
-            mapped.base.release(self._queue)
-        self._queue.finish()
+        listed, self.reason = choose_device(device)
+        self._session = session(listed)
+        self.device_name = self._session.name
+        self.strategy = strategy
+        if strategy == "auto":
+            self.strategy = "baked" if self._session.is_cpu else "direct"
+        self.staged = not self._session.shares_memory if staged is None else staged
+        count = 2 if self.staged else 1
+        self._slots = [
+            _Slot(self._session, tuple(grids), interpolation, self.strategy, self.staged)
+            for _ in range(count)
+        ]
+        self._next = 0
 
-    def _kernel(self, plane: int, two_parameters: bool) -> cl.Kernel:
-        if (plane, two_parameters) not in self._kernels:
-            layout = self._grids[plane].source
-            program = self._session.program(
-                ("division.cl", "interpolate.cl", "remap_direct.cl"),
-                (
-                    f"-DWORD={'uchar' if layout.dtype == np.uint8 else 'ushort'}",
-                    f"-DCOMPONENTS={layout.components}",
-                    f"-DDEPTH_SHIFT={layout.shift}",
-                    f"-DMAXIMUM={layout.maximum}",
-                    f"-DINTERPOLATION={list(TAPS).index(self._interpolation)}",
-                    f"-DTWO_PARAMETERS={int(two_parameters)}",
-                    f"-DNEWTON_STEPS={_NEWTON_STEPS}",
-                ),
-            )
-            self._kernels[plane, two_parameters] = cl.Kernel(program, "remap_direct")
-        return self._kernels[plane, two_parameters]
+    def submit(
+        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    ) -> Pending:
+        """Start on one frame; ``out`` is written when the result's ``wait`` has returned.
+
+        ``planes`` and ``out`` must stay as they are until then. At most 2 frames can be on their way.
+        """
+        slot = self._slots[self._next]
+        self._next = (self._next + 1) % len(self._slots)
+        with self._errors():
+            return Pending(slot.start(model, planes, out), self._errors)
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except cl.Error as error:
+            first = str(error).splitlines()[0]
+            raise DeviceError(f"{self.device_name} failed: {first}") from error
 
 
-def squared_reach(model: DivisionModel) -> float:
-    """The squared undistorted radius, px^2, beyond which nothing maps; inf where everything does."""
-    limit = model.valid_radius
-    if not math.isfinite(limit):
-        return math.inf
-    q = limit * limit
-    denominator = 1 + q * (model.lam + q * model.lam2)
-    return q / denominator**2 if denominator > 0 else math.inf
+class Pending:
+    """A frame on its way."""
+
+    def __init__(self, planes: Planes, errors: Callable[[], AbstractContextManager[None]]) -> None:
+        self._planes = planes
+        self._errors = errors
+
+    def wait(self) -> None:
+        """Return when the output planes are written; raises DeviceError where the device failed."""
+        with self._errors():
+            self._planes.finish()
 
 
-def _flat(plane: np.ndarray) -> np.ndarray:
-    """View a plane, with the padding between its rows, as one run of words."""
-    rows, columns = plane.shape
-    pitch = plane.strides[0] // plane.itemsize
-    return np.lib.stride_tricks.as_strided(
-        plane, ((rows - 1) * pitch + columns,), (plane.itemsize,)
-    )
+class _Slot:
+    """What one frame in flight needs of its own: a queue, maps, and staging memory if any."""
 
+    def __init__(
+        self,
+        session: DeviceSession,
+        grids: tuple[PlaneGrid, ...],
+        interpolation: str,
+        strategy: str,
+        staged: bool,
+    ) -> None:
+        self._session = session
+        self._queue = cl.CommandQueue(session.context)
+        # Planes on the same grid, such as both chroma planes, share their maps.
+        each = {grid: OpenCLPlane(session, grid, interpolation, strategy) for grid in grids}
+        self._planes = [each[grid] for grid in grids]
+        self._distinct = tuple(each.values())
+        self._staged = (
+            StagedPlanes(session, self._queue, [g.source for g in grids], [g.output for g in grids])
+            if staged
+            else None
+        )
 
-def _pitch(plane: np.ndarray) -> np.int32:
-    return np.int32(plane.strides[0] // plane.itemsize)
-
-
-def _int2(pair: tuple[int, int]) -> np.ndarray:
-    return np.array(pair, np.int32)
-
-
-def _float(values: Sequence[float]) -> np.ndarray:
-    return np.array(values, np.float32)
+    def start(
+        self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
+    ) -> Planes:
+        """Enqueue one frame; returns the memory that it goes through."""
+        for plane in self._distinct:
+            plane.set_model(model)
+            plane.prepare(self._queue)
+        if self._staged is None:
+            memory: Planes = SharedPlanes(self._session, self._queue, planes, out)
+        else:
+            memory = self._staged
+            self._staged.upload(planes, out)
+        for plane, source, target in zip(self._planes, memory.sources, memory.outputs, strict=True):
+            plane.enqueue(self._queue, *source, *target)
+        if self._staged is not None:
+            self._staged.download()
+        self._queue.flush()
+        return memory
