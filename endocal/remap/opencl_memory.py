@@ -71,8 +71,8 @@ class StagedPlanes:
         outputs: Sequence[PlaneLayout],
     ) -> None:
         self._queue = queue
-        self._up = [_Pinned(session, queue, layout) for layout in sources]
-        self._down = [_Pinned(session, queue, layout) for layout in outputs]
+        self._up = [_Pinned(session, queue, layout, cl.map_flags.WRITE) for layout in sources]
+        self._down = [_Pinned(session, queue, layout, cl.map_flags.READ) for layout in outputs]
         self.sources = [(plane.device, plane.array.shape[1]) for plane in self._up]
         self.outputs = [(plane.device, plane.array.shape[1]) for plane in self._down]
         self._out: Sequence[np.ndarray] = ()
@@ -101,14 +101,19 @@ class StagedPlanes:
 class _Pinned:
     """A device buffer and the pinned host array of its shape."""
 
-    def __init__(self, session: DeviceSession, queue: cl.CommandQueue, layout: PlaneLayout) -> None:
+    def __init__(
+        self,
+        session: DeviceSession,
+        queue: cl.CommandQueue,
+        layout: PlaneLayout,
+        access: cl.map_flags,
+    ) -> None:
         flags = cl.mem_flags
         size = layout.shape[0] * layout.shape[1] * layout.dtype.itemsize
         self.device = cl.Buffer(session.context, flags.READ_WRITE, size)
         self._host = cl.Buffer(session.context, flags.READ_WRITE | flags.ALLOC_HOST_PTR, size)
-        both = cl.map_flags.READ | cl.map_flags.WRITE
         self.array, _ = cl.enqueue_map_buffer(
-            queue, self._host, both, 0, layout.shape, layout.dtype
+            queue, self._host, access, 0, layout.shape, layout.dtype
         )
 
 
