@@ -156,15 +156,19 @@ def _read_boundary(section: Section) -> Boundary:
 
 
 def _write_boundary(boundary: Boundary) -> list[str]:
-    # A rim is found to a hundredth of a pixel at best.
-    x, y = (round(w.rounded(v), 4) + 0.0 for v in boundary.center)
+    x, y = (w.rounded_place(v) for v in boundary.center)
+    visible = w.number(round(w.rounded(boundary.visible), 4) + 0.0)
     return [
         "",
         "[boundary]                   # the visible circle",
         w.line("center", w.numbers((x, y)), "x, y, px"),
-        w.line("diameter", w.number(w.rounded(boundary.diameter)), "px"),
-        w.line("area", w.number(w.rounded(boundary.area)), "px^2, visible"),
-        w.line("visible", w.number(w.rounded(boundary.visible)), "fraction of the circumference"),
+        w.line("diameter", w.number(w.rounded_place(boundary.diameter)), "px"),
+        w.line("area", w.number(w.rounded_area(boundary.area)), "px^2, visible"),
+        w.line(
+            "visible",
+            w.number(round(w.rounded(boundary.visible), 4) + 0.0),
+            "fraction of the circumference",
+        ),
     ]
 
 

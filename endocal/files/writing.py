@@ -39,6 +39,16 @@ def rounded(value: float, uncertainty: float | None = None) -> float:
     return float(f"{value:.{min(digits, 15) - 1}e}") + 0.0
 
 
+def rounded_place(value: float) -> float:
+    """Round a place or a length in px to 1e-4 px, finer than any rim or centre is found."""
+    return round(rounded(value), 4) + 0.0
+
+
+def rounded_area(value: float) -> float:
+    """Round an area in px^2 to a tenth."""
+    return round(rounded(value), 1) + 0.0
+
+
 def rounded_uncertainty(value: float) -> float:
     """Round an uncertainty to 3 significant digits; InputError for one that is not finite."""
     if not math.isfinite(value):

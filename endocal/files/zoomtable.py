@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..errors import InputError
 from ..zoom.table import Setting, SettingSource, ZoomTable
 from . import writing as w
@@ -28,7 +30,9 @@ def read(document: Section) -> ZoomTable:
 
 def write(table: ZoomTable) -> list[str]:
     """Return the lines of the document."""
-    law = table.law
+    # Rounded first, so that the law in the file is that of the settings in the file.
+    settings = tuple(_rounded(setting) for setting in table.settings)
+    law = ZoomTable(settings, table.size, table.pixel_aspect).law
     lines = [
         f'schema = "{SCHEMA}/{VERSION}"',
         w.line("size", f"[{table.size[0]}, {table.size[1]}]", "width, height, px"),
@@ -40,7 +44,7 @@ def write(table: ZoomTable) -> list[str]:
             "spread", w.number(round(w.rounded(law.spread), 6) + 0.0), "relative, over the settings"
         ),
     ]
-    for setting in table.settings:
+    for setting in settings:
         lines += _write_setting(setting)
     return lines
 
@@ -63,17 +67,28 @@ def _read_setting(section: Section) -> Setting:
         raise InputError(f"{section.name(str(error))}") from None
 
 
+def _rounded(setting: Setting) -> Setting:
+    x, y = (w.rounded_place(v) for v in setting.center)
+    return replace(
+        setting,
+        lam=w.rounded(setting.lam),
+        lam2=w.rounded(setting.lam2),
+        center=(x, y),
+        diameter=w.rounded_place(setting.diameter),
+        area=None if setting.area is None else w.rounded_area(setting.area),
+    )
+
+
 def _write_setting(setting: Setting) -> list[str]:
-    x, y = (w.rounded(v) for v in setting.center)
-    lines = ["", "[[setting]]", w.line("lambda", w.number(w.rounded(setting.lam)), "px^-2")]
+    lines = ["", "[[setting]]", w.line("lambda", w.number(setting.lam), "px^-2")]
     if setting.lam2:
-        lines.append(w.line("lambda2", w.number(w.rounded(setting.lam2)), "px^-4"))
+        lines.append(w.line("lambda2", w.number(setting.lam2), "px^-4"))
     lines += [
-        w.line("center", w.numbers((x, y)), "x, y, px"),
-        w.line("diameter", w.number(w.rounded(setting.diameter)), "of the visible circle, px"),
+        w.line("center", w.numbers(setting.center), "x, y, px"),
+        w.line("diameter", w.number(setting.diameter), "of the visible circle, px"),
     ]
     if setting.area is not None:
-        lines.append(w.line("area", w.number(w.rounded(setting.area)), "px^2, visible"))
+        lines.append(w.line("area", w.number(setting.area), "px^2, visible"))
     if setting.source is not None:
         row = {"file": w.text(setting.source.file)}
         if setting.source.sha256:
