@@ -24,6 +24,7 @@ from .frames import FramePool
 from .reader import Item, VideoReader
 from .stream import StreamInfo
 from .tags import container_tags, stream_tags
+from .verify import verify_video
 
 # The container flag by which every packet is passed on at once.
 _FLUSH_PACKETS = 0x0200
@@ -79,6 +80,7 @@ class VideoWriter:
         self._first_pts: int | None = None
         self._last_pts: int | None = None
         self._last_dts: dict[int, int] = {}
+        self._path = target if isinstance(target, str) else None
         self._info = info
         self._pool = FramePool(picture.size, picture.pix_fmt)
         self._lock = threading.Lock()
@@ -125,12 +127,12 @@ class VideoWriter:
     def frame(self, source: av.VideoFrame) -> av.VideoFrame:
         """Return a frame to fill, with the time stamp and colour of ``source``."""
         frame = self._pool.take()
-        if self._kind.counts_frames and source.pts is not None:
+        if self._first_pts is None:
+            self._first_pts = source.pts
+        frame.pts = source.pts
+        if self._kind.counts_frames and source.pts is not None and self._first_pts is not None:
             # Such a file begins at zero whatever the source did.
-            self._first_pts = source.pts if self._first_pts is None else self._first_pts
             frame.pts = source.pts - self._first_pts
-        else:
-            frame.pts = source.pts
         frame.time_base = self._info.time_base
         frame.duration = source.duration
         colour = self._info.colour
@@ -172,6 +174,16 @@ class VideoWriter:
             raise OutputError(
                 f"{self.name}: {self.frames} frames were encoded but {self._packets} came out"
             )
+        if self._path is not None and not self._kind.counts_frames:
+            verify_video(self._path, self.name, self.frames, self._seconds())
+
+    def _seconds(self) -> float | None:
+        """The time from the first frame's start to the last one's end."""
+        if self._first_pts is None or self._last_pts is None:
+            return None
+        return float(
+            (self._last_pts - self._first_pts) * self._info.time_base + 1 / self._info.rate
+        )
 
     def _abandon(self) -> None:
         """Close the file as it is; what is in it is of no use to anyone."""
