@@ -1,6 +1,6 @@
 // Output samples whose sources may lie anywhere, on the border and outside too.
 // Build options: WORD (uchar or ushort), COMPONENTS (words per sample), DEPTH_SHIFT (bits by which a stored
-// word is shifted), MAXIMUM (the largest value).
+// word is shifted).
 
 // The values at word offsets from a place in the source plane.
 static inline real gather(
@@ -50,7 +50,7 @@ static void remap_anywhere(
                     sum += wx[a] * gather(source, line + clamp(x + a, 0, map->source_width - 1) * COMPONENTS);
                 value += wy[b] * sum;
             }
-        value = clamp(value, 0.0f, (float)MAXIMUM);
+        value = clamp(value, 0.0f, map->maximum);
         value += (1.0f - share) * (map->fill[c] - value);
         const MANY(WORD) words = TO(WORD, TO(uint, TO(int, value + 0.5f)) << DEPTH_SHIFT);
 #if LANES == 1

@@ -63,18 +63,18 @@ static inline void tap_weights(
 }
 
 // How much of a luma pixel centred on a position lies inside the frame along one axis: 1 inside, falling to 0
-// over the pixel beyond the outermost samples. For nearest: all or nothing, half a pixel beyond.
+// over the pixel beyond the outermost samples. For nearest all or nothing: whether the nearest sample exists.
 static inline real share_inside(
     real position,    // source samples
     float origin,     // luma coordinate of source sample 0, luma px
     float step,       // luma px per source sample
     int length)       // source samples
 {
-    const real luma = origin + step * position;
 #if INTERPOLATION == NEAREST
     const real inside = 1.0f, outside = 0.0f;
-    return select(outside, inside, (luma >= -0.5f) & (luma < step * length - 0.5f));
+    return select(outside, inside, (position >= -0.5f) & (position < length - 0.5f));
 #else
+    const real luma = origin + step * position;
     return clamp(fmin(luma + 1.0f, step * length - luma), 0.0f, 1.0f);
 #endif
 }

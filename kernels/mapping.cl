@@ -14,6 +14,7 @@ struct mapping {
     float lam;                         // lambda, px^-2
     float lam2;                        // second parameter, px^-4
     float reach;                       // squared undistorted radius up to which the model reaches, px^2
+    float maximum;                     // the largest value that the plane's depth holds
     float fill[4];                     // value outside the frame, by component
 };
 

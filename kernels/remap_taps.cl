@@ -14,6 +14,6 @@ kernel void remap_with_taps(
         if (find_taps(map, column, row, &taps) == STRIP_BORDER)
             remap_border(map, source, source_pitch, target, column, row, count);
         else
-            remap_taps(source, source_pitch, &taps, target, count);
+            remap_taps(source, source_pitch, &taps, map->maximum, target, count);
     }
 }

@@ -42,6 +42,7 @@ static void remap_taps(
     global const WORD *source,   // source plane, from its first sample
     int source_pitch,            // words from row to row of the source
     const struct strip_taps *taps,
+    float maximum,               // the largest value that the plane's depth holds
     global WORD *target,         // the strip in the output plane
     int count)                   // output samples
 {
@@ -65,7 +66,7 @@ static void remap_taps(
                     line += taps->wx[a][v] * TO(float, TO(int, WORD_OF(runs[b], a * COMPONENTS + c, v) >> DEPTH_SHIFT));
                 sum += taps->wy[b][v] * line;
             }
-            const real zero = 0.0f, top = MAXIMUM;
+            const real zero = 0.0f, top = maximum;
             const real value = sum < zero ? zero : sum > top ? top : sum;
             values.lanes[v] = TO(WORD, TO(uint, TO(int, value + 0.5f)) << DEPTH_SHIFT);
         }

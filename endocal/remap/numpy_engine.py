@@ -100,14 +100,17 @@ def _split(
 
 
 def _share(grid: PlaneGrid, x: Coordinates, y: Coordinates, interpolation: str) -> Coordinates:
-    """How much of a luma pixel centred on source sample (x, y) lies inside the frame, 0 to 1."""
+    """How much of a luma pixel centred on source sample (x, y) lies inside the frame, 0 to 1.
+
+    With nearest it is all or nothing: whether the nearest sample exists.
+    """
     share = np.ones(np.broadcast(x, y).shape)
     plane = grid.source
     for position, o, s, n in zip((x, y), plane.origin, plane.step, plane.size, strict=True):
-        # The frame is counted in whole samples: an odd width ends half a chroma sample later.
-        luma, length = o + s * position, s * n
         if interpolation == "nearest":
-            share = share * ((luma >= -0.5) & (luma < length - 0.5))
+            share = share * ((position >= -0.5) & (position < n - 0.5))
         else:
-            share = share * np.clip(np.minimum(luma + 1, length - luma), 0, 1)
+            # The frame is counted in whole samples: an odd width ends half a chroma sample later.
+            luma = o + s * position
+            share = share * np.clip(np.minimum(luma + 1, s * n - luma), 0, 1)
     return np.where(np.isnan(share), 0.0, share)

@@ -23,6 +23,7 @@ MAPPING = np.dtype(
         ("lam", "f4"),
         ("lam2", "f4"),
         ("reach", "f4"),
+        ("maximum", "f4"),
         ("fill", "f4", 4),
     ]
 )
@@ -42,6 +43,7 @@ def pack_mapping(grid: PlaneGrid, model: DivisionModel) -> np.ndarray:
     mapping["lam"] = model.lam
     mapping["lam2"] = model.lam2
     mapping["reach"] = squared_reach(model)
+    mapping["maximum"] = grid.source.maximum
     mapping["fill"][0, : len(grid.source.fill)] = grid.source.fill
     return mapping
 

@@ -50,7 +50,7 @@ class OpenCLPlane:
         self._direct = strategy == "direct"
         self._model: DivisionModel | None = None
         self._mapping: cl.Buffer | None = None
-        self._kernels: dict[tuple[str, bool], cl.Kernel] = {}
+        self._kernels: dict[str, cl.Kernel] = {}
         self._places: cl.Buffer | None = None
         self._strips: cl.Buffer | None = None
         self._frames = 0  # that the present model has served
@@ -106,14 +106,13 @@ class OpenCLPlane:
             self._kernel("remap_strips")(queue, (rows,), (1,), *planes)
 
     def _kernel(self, name: str) -> cl.Kernel:
-        two_parameters = self._model is not None and self._model.lam2 != 0
-        if (name, two_parameters) not in self._kernels:
+        if name not in self._kernels:
             files = {"remap_direct": _DIRECT, "remap_with_taps": _TAPS}.get(name, _PLACES)
-            program = self._session.program(files, self._options(two_parameters))
-            self._kernels[name, two_parameters] = cl.Kernel(program, name)
-        return self._kernels[name, two_parameters]
+            program = self._session.program(files, self._options())
+            self._kernels[name] = cl.Kernel(program, name)
+        return self._kernels[name]
 
-    def _options(self, two_parameters: bool) -> tuple[str, ...]:
+    def _options(self) -> tuple[str, ...]:
         """The build options; each kernel file says what they mean."""
         plane = self._grid.source
         taps = TAPS[self._interpolation]
@@ -124,9 +123,7 @@ class OpenCLPlane:
             "RUN": {1: "uchar", 2: "ushort", 3: "uint", 4: "uint"}.get(run, "ulong"),
             "COMPONENTS": plane.components,
             "DEPTH_SHIFT": plane.shift,
-            "MAXIMUM": plane.maximum,
             "INTERPOLATION": list(TAPS).index(self._interpolation),
-            "TWO_PARAMETERS": int(two_parameters),
             "NEWTON_STEPS": _NEWTON_STEPS,
             "LANES": 1 if self._direct else self._session.lanes,
             "STRIP": STRIP,
