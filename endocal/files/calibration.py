@@ -164,11 +164,7 @@ def _write_boundary(boundary: Boundary) -> list[str]:
         w.line("center", w.numbers((x, y)), "x, y, px"),
         w.line("diameter", w.number(w.rounded_place(boundary.diameter)), "px"),
         w.line("area", w.number(w.rounded_area(boundary.area)), "px^2, visible"),
-        w.line(
-            "visible",
-            w.number(round(w.rounded(boundary.visible), 4) + 0.0),
-            "fraction of the circumference",
-        ),
+        w.line("visible", visible, "fraction of the circumference"),
     ]
 
 
