@@ -25,6 +25,8 @@ SCENES = ("board", "tissue")
 _TINT = (0.90, 0.97, 1.0)
 # Larger pictures than any scope's, and yet rendered in a few hundred MB.
 _LARGEST_SIDE = 8192
+# In narrower clips libx264's look-ahead gives now these bytes, now those (seen below 112 px).
+_SMALLEST_CLIP = 128
 # A stronger lens shows its rim more than ten times as large, and nothing can be read there.
 _STRONGEST = -3.6
 
@@ -112,6 +114,8 @@ class ClipSpec(ZoomSpec):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if min(self.size) < _SMALLEST_CLIP:
+            raise UsageError(f"--size: a clip has at least {_SMALLEST_CLIP} px a side")
         if self.scene not in SCENES:
             raise UsageError(f"--scene {self.scene}: it is one of {', '.join(SCENES)}")
         if self.sound not in SOUNDS:

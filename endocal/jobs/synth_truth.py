@@ -13,8 +13,9 @@ from ..synth.camera import ContentCircle
 from ..synth.clip import ClipFrame
 from ..zoom.table import Setting, ZoomTable
 from .synth_scenes import ZoomSpec
+from .zoom_log import COLUMNS
 
-HEADER = "frame,time,diameter,source,lambda,center_x,center_y"
+HEADER = ",".join(COLUMNS)
 
 
 def true_calibration(scene: BoardScene) -> Calibration:
@@ -36,11 +37,11 @@ def lens_truth(spec: ZoomSpec) -> ZoomTable | Calibration:
 
 
 def frame_row(frame: ClipFrame) -> str:
-    """Return a frame's line under ``HEADER``, its zoom's source being ``given``."""
+    """Return a frame's line under ``HEADER``: a zoom log with the truth, finer than any measured one."""
     model = frame.model
     values = (frame.circle.diameter, model.lam, *model.center)
     diameter, lam, x, y = (number(rounded(v)) for v in values)
-    return f"{frame.index},{float(frame.time):.6f},{diameter},given,{lam},{x},{y}"
+    return f"{frame.index},{float(frame.time):.6f},{diameter},given,{lam},{x},{y},0.0"
 
 
 def true_boundary(circle: ContentCircle, model: DivisionModel) -> Boundary:

@@ -30,10 +30,10 @@ def compose(
 ) -> int:
     """Encode pictures (uint8 (h, w, 3) BGR) as H.264 and ``sound`` (n,) as AAC; return the frame count.
 
-    ``size`` is (width, height) in px, even numbers; ``rate`` is in frames per second. BT.709, limited range,
-    4:2:0. One thread, no clock: the same pictures give the same bytes. ``name`` is what messages call the
-    file. Raises OutputError where the file
-    cannot be written, UsageError for a suffix that names no container.
+    ``size`` is (width, height) in px, even numbers; ``rate`` is in frames per second; ``name`` is what
+    messages call the file. BT.709, limited range, 4:2:0. One thread, no clock: the same pictures, if they
+    are 112 px wide or more, give the same bytes. Raises OutputError where the file cannot be written,
+    UsageError for a suffix that names no container.
     """
     if size[0] % 2 or size[1] % 2:
         raise UsageError(f"a clip of {size[0]}x{size[1]} px: width and height must be even")
@@ -67,7 +67,7 @@ class _Composition:
         self._sound = sound
         self._played = 0
         self._video = container.add_stream(
-            "libx264", rate=rate, options={"crf": f"{crf:g}", "preset": "slow", "threads": "1"}
+            "libx264", rate=rate, options={"crf": f"{crf:g}", "preset": "medium", "threads": "1"}
         )
         context = self._video.codec_context
         context.width, context.height = size

@@ -17,6 +17,7 @@ from endocal.files import load, read_image
 from endocal.jobs.synth import synth_board, synth_clip, synth_zoom, truth_name
 from endocal.jobs.synth_scenes import BoardSpec, ClipSpec, ZoomSpec, board_scene
 from endocal.jobs.synth_truth import HEADER, true_boundary
+from endocal.jobs.zoom_log import RecordedZoom
 from endocal.model import DivisionModel
 from endocal.synth.camera import ContentCircle
 from endocal.zoom.table import ZoomTable
@@ -79,7 +80,7 @@ def test_area_and_visible_share_of_a_circle() -> None:
 
 def test_a_clip_and_the_truth_of_each_frame(tmp_path: Path) -> None:
     spec = ClipSpec(
-        zooms=(1.0, 1.5), size=(160, 120), duration=1.0, scene="tissue", sound="clicks", noise=1.0
+        zooms=(1.0, 1.5), size=(160, 128), duration=1.0, scene="tissue", sound="clicks", noise=1.0
     )
     seen: list[int] = []
     path = tmp_path / "c.mp4"
@@ -92,9 +93,11 @@ def test_a_clip_and_the_truth_of_each_frame(tmp_path: Path) -> None:
     table = load(tmp_path / "c.truth.toml")
     assert isinstance(table, ZoomTable)
     with av.open(str(path)) as container:
-        assert [(f.width, f.height) for f in container.decode(video=0)] == [(160, 120)] * 25
+        assert [(f.width, f.height) for f in container.decode(video=0)] == [(160, 128)] * 25
     assert len(rows) == 25
+    recorded = RecordedZoom(str(tmp_path / "c.truth.csv"))
     for i, row in enumerate(rows):
+        assert recorded.diameter(i, i / 25) == pytest.approx(float(row["diameter"]), rel=1e-5)
         assert int(row["frame"]) == i
         assert float(row["time"]) == pytest.approx(i / 25, abs=1e-6)
         # The table at the frame's diameter is the frame's own truth.
@@ -106,7 +109,7 @@ def test_a_clip_and_the_truth_of_each_frame(tmp_path: Path) -> None:
 
 
 def test_a_clip_at_one_zoom_has_a_calibration_for_truth(tmp_path: Path) -> None:
-    spec = ClipSpec(zooms=(1.2,), size=(96, 64), duration=0.2, instruments=0, sound="none")
+    spec = ClipSpec(zooms=(1.2,), size=(160, 128), duration=0.2, instruments=0, sound="none")
     assert synth_clip(spec, str(tmp_path / "c.mp4")) == 5
     assert isinstance(load(tmp_path / "c.truth.toml"), Calibration)
 
@@ -116,7 +119,7 @@ def test_commands_write_the_same_bytes_each_time(
 ) -> None:
     lines = {
         "board": ["--size", "200x160", "--noise", "3"],
-        "clip": ["--size", "96x64", "--duration", "0.2", "--fps", "30000/1001"],
+        "clip": ["--size", "160x128", "--duration", "0.2", "--fps", "30000/1001"],
     }
     for name, options in lines.items():
         suffix = ".png" if name == "board" else ".mp4"
@@ -171,7 +174,8 @@ def test_json_says_what_was_made(tmp_path: Path, endocal: Callable[..., Any]) ->
         (2, ["zoom", "-o", "z", "--strength", "-9"]),
         (1, ["zoom", "-o", "there.png"]),
         (1, ["zoom", "-o", "no/z"]),
-        (2, ["clip", "-o", "x.mp4", "--size", "97x64"]),
+        (2, ["clip", "-o", "x.mp4", "--size", "161x128"]),
+        (2, ["clip", "-o", "x.mp4", "--size", "96x96"]),
         (2, ["clip", "-o", "x.nothing"]),
         (2, ["clip", "-o", "x.mp4", "--fps", "1/0"]),
         (2, ["clip", "-o", "x.mp4", "--scene", "moon"]),

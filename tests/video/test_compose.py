@@ -13,7 +13,7 @@ from endocal.errors import OutputError, UsageError
 from endocal.synth.sound import RATE, sound_track
 from endocal.video.compose import compose
 
-SIZE = (96, 64)
+SIZE = (160, 128)
 
 
 def pictures(count: int) -> list[np.ndarray]:
@@ -65,7 +65,7 @@ def test_the_same_pictures_give_the_same_bytes(tmp_path: Path) -> None:
 
 def test_what_cannot_be_written_is_said(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="even"):
-        compose(str(tmp_path / "x.mp4"), [], (97, 64), Fraction(25))
+        compose(str(tmp_path / "x.mp4"), [], (161, 128), Fraction(25))
     with pytest.raises(UsageError, match="suffix"):
         compose(str(tmp_path / "x.nothing"), [], SIZE, Fraction(25))
     with pytest.raises(OutputError, match=r"clip\.mp4: cannot be written"):
