@@ -45,6 +45,12 @@ def atomic_output(
             temporary.unlink()
 
 
+def check_output(path: PathLike, overwrite: bool = False, inputs: Iterable[PathLike] = ()) -> None:
+    """Raise what ``atomic_output`` would, before the work rather than after it; ``-`` is always right."""
+    if os.fspath(path) != "-":
+        _checked_place(path, overwrite, inputs)
+
+
 def _checked_place(path: PathLike, overwrite: bool, inputs: Iterable[PathLike]) -> Path:
     """Return where the output really goes, through links; OutputError where it must not go."""
     name = shown(path)

@@ -27,13 +27,14 @@ _ONE_PARAMETER, _TWO_PARAMETERS = "division", "division2"
 
 def read(document: Section) -> Calibration:
     """Return the calibration that a document holds; InputError where it is not a sound one."""
-    model = _read_model(document.section("model"))
+    model, usable_radius = _read_model(document.section("model"))
     calibration = Calibration(
         model,
         uncertainty=_optional(document, "uncertainty", _read_uncertainty),
         boundary=_optional(document, "boundary", _read_boundary),
         quality=_optional(document, "quality", _read_quality),
         source=_optional(document, "source", _read_source),
+        usable_radius=usable_radius,
     )
     document.close()
     _check_fold(calibration)
@@ -58,7 +59,7 @@ def _optional(document: Section, key: str, reader: Any) -> Any:
     return reader(document.section(key)) if document.has(key) else None
 
 
-def _read_model(section: Section) -> DivisionModel:
+def _read_model(section: Section) -> tuple[DivisionModel, float | None]:
     two = section.choice("type", (_ONE_PARAMETER, _TWO_PARAMETERS)) == _TWO_PARAMETERS
     values = {
         "lam": section.number("lambda"),
@@ -69,9 +70,10 @@ def _read_model(section: Section) -> DivisionModel:
     }
     if not two and section.has("lambda2"):
         raise InputError(f'{section.name("lambda2")} needs type = "{_TWO_PARAMETERS}"')
+    usable_radius = section.number("usable_radius", None, at_least=0)
     section.close()
     try:
-        return DivisionModel(**values)
+        return DivisionModel(**values), usable_radius
     except InputError as error:
         raise InputError(f"[model] {error}") from None
 
@@ -80,9 +82,11 @@ def _check_fold(calibration: Calibration) -> None:
     """Refuse a model whose map folds over before the end of the content that it is to correct."""
     model = calibration.model
     reach = content_radius(model.center, model.size, calibration.boundary, model.pixel_aspect)
+    content = "frame" if calibration.boundary is None else "visible circle"
+    if calibration.usable_radius is not None:
+        reach, content = min(reach, calibration.usable_radius), "usable_radius"
     if model.valid_radius > reach:
         return
-    content = "frame" if calibration.boundary is None else "visible circle"
     advice = "check its unit, px^-2"
     if calibration.boundary is None:
         advice += ", or give the visible circle in [boundary]"
@@ -111,7 +115,14 @@ def _write_model(calibration: Calibration) -> list[str]:
         w.line("center", w.numbers((x, y)), "x, y, px"),
         w.line("size", f"[{model.size[0]}, {model.size[1]}]", "width, height, px"),
         w.line("pixel_aspect", w.number(model.pixel_aspect), "a pixel's width over its height"),
+        *_write_usable_radius(calibration.usable_radius),
     ]
+
+
+def _write_usable_radius(radius: float | None) -> list[str]:
+    if radius is None:
+        return []
+    return [w.line("usable_radius", w.number(round(radius, 1)), "px; the map folds farther out")]
 
 
 def _read_uncertainty(section: Section) -> Uncertainty:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from ..errors import OutputError, UsageError
-from ..files import decode_image, encode_image, read_picture_bytes, upright, write_image
+from ..errors import UsageError
+from ..files import (
+    check_output,
+    decode_image,
+    encode_image,
+    read_picture_bytes,
+    upright,
+    write_image,
+)
 from ..files.images import PICTURE_SUFFIXES, Picture
 from ..files.names import shown
 from ..remap.remapper import Remapper
@@ -80,6 +86,8 @@ def _check(spec: CorrectionSpec) -> None:
         raise UsageError(
             f"{shown(spec.output)}: a picture is written as {', '.join(PICTURE_SUFFIXES)}"
         )
+    inputs = [path for path in (spec.input, spec.calibration) if path != PIPE]
+    check_output(spec.output, spec.overwrite, inputs)
 
 
 def _beside(left: Picture, right: Picture) -> Picture:
@@ -95,9 +103,4 @@ def _write(spec: CorrectionSpec, image: Picture) -> None:
     if spec.output == PIPE:
         PipeOutput().write(encode_image(image, _PIPE_SUFFIX))
         return
-    for path in (spec.input, spec.calibration):
-        if path != PIPE and os.path.exists(spec.output) and os.path.samefile(path, spec.output):
-            raise OutputError(
-                f"{shown(spec.output)}: is also an input: give the output another name"
-            )
     write_image(spec.output, image, overwrite=spec.overwrite)

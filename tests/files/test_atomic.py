@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from endocal.errors import OutputError
-from endocal.files import atomic_output
+from endocal.files import atomic_output, check_output
 
 
 def names(folder: Path) -> list[str]:
@@ -161,3 +161,17 @@ def test_a_full_disk_says_so(tmp_path: Path) -> None:
     ):
         raise OSError(errno.ENOSPC, "No space left on device")
     assert names(tmp_path) == []
+
+
+def test_an_output_can_be_checked_before_the_work(tmp_path: Path) -> None:
+    path = tmp_path / "out.mp4"
+    check_output(path)
+    check_output("-")
+    path.write_text("precious")
+    check_output(path, overwrite=True)
+    with pytest.raises(OutputError, match="exists already"):
+        check_output(path)
+    with pytest.raises(OutputError, match="is also an input"):
+        check_output(path, overwrite=True, inputs=[path])
+    with pytest.raises(OutputError, match="does not exist"):
+        check_output(tmp_path / "no" / "out.mp4")
