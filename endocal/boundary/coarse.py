@@ -17,6 +17,7 @@ _LINES = 135
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
+# Side of a corner's patch, in samples.
 _CORNER = 5
 
 
@@ -51,24 +52,33 @@ class Samples(NamedTuple):
 
 
 def thin(frame: Frame) -> Samples | None:
-    """Thin the frame out and find the black outside; None where no corner is dark and flat.
+    """Thin the frame out and find the black outside; None for a frame of few px.
 
     A circle that leaves anything outside it in the frame leaves a corner outside, since the corners'
     convex hull is the frame.
     """
     step = max(1, round(min(frame.size) / _LINES))
-    raw = np.ascontiguousarray(frame.luma[::step, ::step] // frame.unit, dtype=np.uint8)
+    raw = frame.luma[::step, ::step]
     if min(raw.shape) < 4 * _CORNER:
         return None
-    values = cv2.blur(raw, (3, 3)).astype(np.uint8, copy=False)
+    if frame.unit > 1:
+        raw = raw // np.uint16(frame.unit)
+    thinned = np.ascontiguousarray(raw, dtype=np.uint8)
+    values = np.asarray(cv2.blur(thinned, (3, 3)), np.uint8)
+    return Samples(values, step, _dark(thinned))
+
+
+def _dark(thinned: NDArray[np.uint8]) -> Dark:
+    """Take the outside from the darkest and evenest corner: a logo may lie over one of them."""
     k = _CORNER
-    corners = np.stack([raw[:k, :k], raw[:k, -k:], raw[-k:, :k], raw[-k:, -k:]])
-    corners = np.sort(corners.reshape(4, k * k), axis=1)
-    darkest = corners[corners[:, k * k // 2].argmin()]
-    level = float(darkest[k * k // 2])
+    corners = np.stack([thinned[:k, :k], thinned[:k, -k:], thinned[-k:, :k], thinned[-k:, -k:]])
+    corners = np.sort(corners.reshape(4, k * k), axis=1).astype(np.float32)
+    middle, upper = corners[:, k * k // 2], corners[:, int(k * k * 0.84)]
+    best = int((middle + upper).argmin())
+    level = float(middle[best])
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
-    noise = max(float(darkest[int(k * k * 0.84)]) - level, 0.5)
-    return Samples(values, step, Dark(level, noise, 0.0).raised(0.0))
+    noise = max(float(upper[best]) - level, 0.5)
+    return Dark(level, noise, 0.0).raised(0.0)
 
 
 def first_circle(

@@ -18,13 +18,21 @@ Array = NDArray[np.float32]
 
 # The profile, as fractions of the radius: from where the fade is clear to where the outside is.
 _INNER, _OUTER, _SAMPLES = -0.16, 0.08, 49
-# Where a straight line is fitted to the fade, and how much brighter its start must be than its middle: a
-# fade goes on inwards, a soft step does not.
+# The samples at the outer end that are surely outside.
+_OUTSIDE = 5
+# Where straight lines are fitted to the fade at first, and how much brighter the profile must be at its
+# start than at its middle: a fade goes on inwards, a soft step does not.
 _LINE = (-0.16, -0.03)
 _GROWTH = 1.4
-_ROUNDS = 3
-# The crossings' scatter, of the radius: the scene's own brightness bends every single fade.
-_TOLERANCE = 0.02
+_ROUNDS = 4
+# How much the scene's own brightness varies along a fade, relative: what bends the lines.
+_TEXTURE = 0.15
+# The crossings' scatter and the centre's standard deviation, of the radius, in what still is a circle.
+_TOLERANCE, _CENTER_TOLERANCE = 0.02, 0.007
+# A fade takes longer than a step, so that more of the visible rim has to show it.
+_SUPPORT = 0.5
+# Fewer radii than this do not tell a fade.
+_LEAST = 0.06 * DIRECTIONS
 
 
 def look_faded(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None:
@@ -33,58 +41,88 @@ def look_faded(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None
     The lines give the centre; the radius comes from the mean of all profiles, which has little noise left:
     it is where a curve a t + b t^2 in the depth t below the rim, and black beyond it, fits best.
     """
+    relative = np.linspace(_INNER, _OUTER, _SAMPLES, dtype=np.float32)
+    weights = ((relative >= _LINE[0]) & (relative <= _LINE[1])).astype(np.float32)
     rim = None
     for _ in range(_ROUNDS):
-        rim = _fit_fade(frame, circle, box, dark)
-        if rim is None:
+        found = _fit_fade(frame, circle, box, dark, relative, weights)
+        if found is None:
             return None
+        rim, slope = found
         circle = rim.circle
+        weights = _line_weights(-relative * circle.radius, slope, dark.noise)
     return rim
 
 
-def _fit_fade(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None:
-    relative = np.linspace(_INNER, _OUTER, _SAMPLES, dtype=np.float32)
+def _line_weights(depth: Array, slope: float, noise: float) -> Array:
+    """Weigh the samples of a fade: deep down the scene's texture bends it, near the rim noise drowns it."""
+    variance = noise**2 + (_TEXTURE * slope * depth) ** 2
+    return np.where(depth > 0, 1 / variance, 0).astype(np.float32)
+
+
+def _fit_fade(
+    frame: Frame, circle: Circle, box: Box, dark: Dark, relative: Array, weights: Array
+) -> tuple[Rim, float] | None:
+    """Fit once, with the ``weights`` (n,) of the samples; returns the mean slope (levels per px) besides."""
     offsets = relative * np.float32(circle.radius)
     seen = np.flatnonzero(inside_box(circle, float(offsets[-1]), box))
-    if len(seen) < 0.06 * DIRECTIONS:
+    if len(seen) < _LEAST:
         return None
-    profile = profiles(frame, circle, offsets)[seen] - np.float32(dark.level)
-    line = (relative >= _LINE[0]) & (relative <= _LINE[1])
-    t = offsets[line]
-    centered = t - t.mean()
-    value = profile[:, line]
-    mean = value.mean(axis=1)
-    slope = (value @ centered) / np.float32(centered @ centered)
-    is_dark = profile[:, -5:].mean(axis=1) < dark.threshold - dark.level
-    is_fade = is_dark & (slope * t[0] > dark.contrast) & (mean > dark.contrast)
-    usable = np.flatnonzero(is_fade)
-    if len(usable) < 0.06 * DIRECTIONS:
+    profile = profiles(frame, circle, offsets)[seen]
+    outside = profile[:, -_OUTSIDE:].mean(axis=1)
+    is_dark = outside < dark.threshold
+    # The mean, which clipped noise lifts above the level, is what the lines cross.
+    profile -= np.mean(outside[is_dark]) if is_dark.any() else dark.level
+    share = weights / weights.sum()
+    middle = share @ offsets
+    centered = offsets - middle
+    slope = (profile @ (share * centered)) / (share @ (centered * centered))
+    height = profile @ share
+    bright = profile[:, :_OUTSIDE].mean(axis=1)
+    usable = np.flatnonzero(
+        is_dark & (bright > dark.contrast) & (slope * offsets[0] > dark.contrast)
+    )
+    if len(usable) < _LEAST:
         return None
-    offset = t.mean() - mean[usable] / slope[usable]
+    offset = middle - height[usable] / slope[usable]
     cosine, sine = directions()
     chosen = seen[usable]
-    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.5, 0.03 * circle.radius)
+    fitted = fit_offsets(
+        cosine[chosen], sine[chosen], offset, 0.5, 0.03 * circle.radius, bright[usable] ** 2
+    )
     if fitted is None:
         return None
     good = fitted.weight > 0.3
-    if np.count_nonzero(good) < 0.06 * DIRECTIONS:
+    count = int(np.count_nonzero(good))
+    if count < _LEAST:
         return None
     average = profile[usable[good]].mean(axis=0)
-    reach = _hinge(offsets, average)
-    if reach is None or average[0] < _GROWTH * average[_SAMPLES // 3]:
+    if average[0] < _GROWTH * average[_SAMPLES // 3]:
         return None
+    reach = _hinge(offsets, average)
+    is_in_window = reach is not None
+    if reach is None:
+        # Outside the window: the lines at least lead there, for the next round.
+        reach = fitted.by.radius
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + reach)
-    return Rim(
+    is_circle = (
+        is_in_window
+        and count >= _SUPPORT * len(seen)
+        and fitted.scale <= _TOLERANCE * circle.radius
+        and fitted.center_sigma <= _CENTER_TOLERANCE * circle.radius
+    )
+    rim = Rim(
         moved,
         fitted.scale,
         fitted.radius_sigma,
         len(seen),
         int(np.count_nonzero(is_dark)),
         len(usable),
-        int(np.count_nonzero(good)),
+        count,
         sharpness=0.0,
-        evidence=math.inf if fitted.scale <= _TOLERANCE * circle.radius else 0.0,
+        evidence=math.inf if is_circle else 0.0,
     )
+    return rim, float(-np.mean(slope[usable[good]]))
 
 
 @lru_cache(maxsize=1)

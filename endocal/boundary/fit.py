@@ -16,7 +16,6 @@ _JURY = 128
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
-_RADIUS_ALONE = np.array([0.0, 0.0, 1.0])
 _FIT_ROUNDS, _SETTLED = 12, 0.02
 
 
@@ -32,13 +31,14 @@ class Shift(NamedTuple):
     """How a circle has to move to meet its rim: ``by`` (dx, dy, dr), and how well the rim then agrees.
 
     ``weight`` (n,) is 0 to 1 per rim point, ``scale`` their robust standard deviation about the circle in
-    px, ``radius_sigma`` the standard deviation of the radius that follows from it.
+    px, ``radius_sigma`` and ``center_sigma`` the standard deviations that follow from it.
     """
 
     by: Circle
     weight: Array
     scale: float
     radius_sigma: float
+    center_sigma: float
 
 
 def _low_discrepancy(rows: int) -> Array:
@@ -107,13 +107,19 @@ def _algebraic_circle(x: Array, y: Array, around: Circle) -> Circle | None:
 
 
 def fit_offsets(
-    cosine: Array, sine: Array, offset: Array, floor: float, reach: float
+    cosine: Array,
+    sine: Array,
+    offset: Array,
+    floor: float,
+    reach: float,
+    trust: Array | None = None,
 ) -> Shift | None:
     """Fit the shift (dx, dy, dr) of a circle to radial ``offset`` (n,) of its rim at n directions.
 
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
     one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
     below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
+    ``trust`` (n,) weighs the directions besides.
     None where the directions do not fix a circle.
     """
     if len(offset) < 5:
@@ -123,8 +129,9 @@ def fit_offsets(
     shift = np.zeros(3)
     scale, limit = math.inf, reach
     weight = np.ones_like(offset)
+    trusted = rows if trust is None else rows * (trust / trust.max())
     for _ in range(_FIT_ROUNDS):
-        weighted = rows * weight
+        weighted = trusted * weight
         solution = _solve(weighted @ rows.T, weighted @ offset)
         if solution is None:
             return None
@@ -138,12 +145,21 @@ def fit_offsets(
         weight = absolute * np.float32(1 / (_TUKEY * limit))
         weight = np.maximum(1 - weight * weight, 0)
         weight *= weight
-    weighted = rows * weight
-    variance = _solve(weighted @ rows.T, _RADIUS_ALONE)
-    if variance is None:
+    variances = _variances((trusted * weight) @ rows.T)
+    if variances is None:
         return None
-    sigma = scale * math.sqrt(max(float(variance[2]), 0.0))
-    return Shift(Circle(*shift.tolist()), weight, scale, sigma)
+    sigmas = [scale * math.sqrt(max(v, 0.0)) for v in variances]
+    return Shift(Circle(*shift.tolist()), weight, scale, sigmas[2], math.hypot(*sigmas[:2]))
+
+
+def _variances(matrix: NDArray) -> list[float] | None:
+    """Return the diagonal of a symmetric 3x3 matrix's inverse; None where it is singular."""
+    columns = [_solve(matrix, axis) for axis in np.eye(3)]
+    return (
+        [float(c[i]) for i, c in enumerate(columns) if c is not None]
+        if all(c is not None for c in columns)
+        else None
+    )
 
 
 def _solve(matrix: NDArray, right: NDArray) -> NDArray[np.float64] | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .coarse import Samples, first_circle
 from .disc import Box, visible_fraction, whole_frame
@@ -17,6 +18,8 @@ from .rim import DIRECTIONS, Rim, look
 
 # A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
 _SHARP = 0.6
+# Edges that agree this much better than by chance, as the evidence of each, are a step in any case.
+_PLAIN = 0.8
 # A rim found further off than this, in halves of the window, is looked at again from where it is.
 _NEAR = 0.25
 # The least radii, of all that are looked along, on which a circle may rest.
@@ -45,7 +48,7 @@ class BoundarySpec:
     min_visible: float = 0.10
     min_support: float = 0.30
     min_agreement: float = 0.60
-    min_evidence: float = 14.0
+    min_evidence: float = 18.0
     max_black: float = 64.0
     max_bright_outside: float = 0.12
     glare: tuple[float, ...] = (0.10, 0.25)
@@ -135,7 +138,10 @@ class Search:
         return look(self.frame, rim.circle, half, box, self.samples.dark)
 
     def _is_plain(self, rim: Rim | None, box: Box) -> bool:
-        return rim is not None and rim.sharpness > _SHARP and self._is_content_limit(rim, box)
+        """Say whether the rim is a step, for which no softer reading has to be tried."""
+        if rim is None or not self._is_content_limit(rim, box):
+            return False
+        return rim.sharpness > _SHARP or rim.evidence > _PLAIN * rim.on_circle
 
     def _is_content_limit(self, rim: Rim | None, box: Box) -> bool:
         """Tell the content's limit from a round thing in the picture.
@@ -170,14 +176,15 @@ class Search:
         ) - np.float32(circle.x)
         y = np.arange(thinned.shape[0], dtype=np.float32) * apart - np.float32(circle.y)
         distance2 = x * x + (y * y)[:, None]
-        near = distance2 > (1.02 * circle.radius + 2 * step) ** 2
-        if not self._is_below(thinned[near], dark.threshold):
-            return False
+        near = thinned[distance2 > (1.02 * circle.radius + 2 * step) ** 2]
         far = thinned[distance2 > (_FAR * circle.radius) ** 2]
+        if not self._are_few(near > dark.threshold):
+            return False
         if len(far) < _ENOUGH:
             return not dark.has_glare
-        return self._is_below(far, dark.level + _FLAT + dark.noise / 2)
+        # Flat, too: darker places than a corner that seemed black tell of a scene as brighter ones do.
+        slack = _FLAT + dark.noise / 2
+        return self._are_few(far > dark.level + slack) and self._are_few(far < dark.level - slack)
 
-    def _is_below(self, values: np.ndarray, threshold: float) -> bool:
-        bright = np.count_nonzero(values > threshold)
-        return int(bright) <= self.spec.max_bright_outside * len(values)
+    def _are_few(self, exceptions: NDArray[np.bool_]) -> bool:
+        return int(np.count_nonzero(exceptions)) <= self.spec.max_bright_outside * len(exceptions)
