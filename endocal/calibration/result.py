@@ -56,10 +56,15 @@ class Source:
 
 @dataclass(frozen=True)
 class Calibration:
-    """One lens at one zoom setting."""
+    """One lens at one zoom setting.
+
+    ``usable_radius``, px from the distortion centre, is given where the model holds for less than the
+    visible content: what lies farther out has no place in a corrected picture. None: it holds for all.
+    """
 
     model: DivisionModel
     uncertainty: Uncertainty | None = None
     boundary: Boundary | None = None
     quality: Quality | None = None
     source: Source | None = None
+    usable_radius: float | None = None

@@ -19,7 +19,7 @@ from ..errors import EndocalError, UsageError
 # The panels of --help and the commands in each, in order. Each is a module of this package with a function
 # ``command`` or a typer app ``group``, and, if it likes, command lines in ``EXAMPLES`` for its help.
 COMMANDS: dict[str, tuple[str, ...]] = {
-    "Calibrate": ("zoomtable",),
+    "Calibrate": ("calibrate", "zoomtable"),
     "Correct": ("correct",),
     "Look and convert": ("show", "boundary"),
     "Check and measure": ("synth",),

@@ -1,0 +1,122 @@
+"""Edge points of the scene: Canny with thresholds that follow noise and light, and big Sobel gradients."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from .picture import Grey, Mask, Picture
+from .sampling import sample
+
+Floats = NDArray[np.float64]
+
+# The smoothing before the gradient, in px (sigma): below it noise makes edges, above it squares melt.
+SMOOTHING = 1.5
+# An edge must stand out of the noise by this many standard deviations of the gradient ...
+NOISE_FACTOR = 5.0
+# ... and reach this share of the strongest gradient around it, so that dark corners keep their edges.
+LOCAL_SHARE = 0.3
+# The neighbourhood that "around" means, as a share of the frame's short side.
+NEIGHBORHOOD = 0.15
+# Canny's lower threshold over its upper one.
+HYSTERESIS = 0.4
+# Connected edges with fewer points than this are specks.
+SHORTEST_CHAIN = 15
+
+
+@dataclass(frozen=True)
+class EdgePoints:
+    """Points (n, 2) on edges, (x, y) px, to sub-pixel; unit gradients (n, 2) there."""
+
+    points: Floats
+    gradients: Floats
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def take(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> EdgePoints:
+        """Return some of the points, by index or mask."""
+        return EdgePoints(self.points[chosen], self.gradients[chosen])
+
+
+def find_edges(picture: Picture) -> EdgePoints:
+    """Find the edge points of a picture, ordered by rows; none is an empty set."""
+    dx, dy = _derivatives(picture.grey)
+    magnitude = np.hypot(dx, dy)
+    threshold = _threshold(magnitude, picture.content)
+    # Canny takes 16-bit gradients and one threshold: gradients in units of their own threshold.
+    unit = 1024.0 / threshold
+    canny = cv2.Canny(
+        np.clip(dx * unit, -32000, 32000).astype(np.int16),
+        np.clip(dy * unit, -32000, 32000).astype(np.int16),
+        HYSTERESIS * 1024,
+        1024,
+        L2gradient=True,
+    )
+    edges = np.where(picture.content, canny, 0).astype(np.uint8)
+    y, x = np.nonzero(_without_specks(edges))
+    return _sub_pixel(x, y, dx, dy, magnitude)
+
+
+def sobel_gradients(grey: Grey, points: Floats, size: int) -> Floats:
+    """Return gradients (n, 2) by a Sobel mask of ``size`` px at the pixels nearest to ``points``."""
+    derivative, smoothing = cv2.getDerivKernels(1, 0, size, normalize=True, ktype=cv2.CV_32F)
+    x, y = np.rint(points).astype(np.intp).T
+    gx = cv2.sepFilter2D(grey, cv2.CV_32F, derivative, smoothing, borderType=cv2.BORDER_REPLICATE)
+    gy = cv2.sepFilter2D(grey, cv2.CV_32F, smoothing, derivative, borderType=cv2.BORDER_REPLICATE)
+    return np.stack([gx[y, x], gy[y, x]], axis=1).astype(np.float64)
+
+
+def _derivatives(grey: Grey) -> tuple[Grey, Grey]:
+    """Derivatives in grey levels per px."""
+    smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTHING, borderType=cv2.BORDER_REPLICATE)
+    dx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
+    dy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(dx, np.float32), np.asarray(dy, np.float32)
+
+
+def _threshold(magnitude: Grey, content: Mask) -> Grey:
+    """The gradient that an edge must reach at each pixel."""
+    inside = magnitude[content]
+    if inside.size == 0:
+        return np.full_like(magnitude, np.inf)
+    # The lower quartile of a Rayleigh distribution is 0.7585 sigma; edges are rarer than three in four.
+    sigma = float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.25)) / 0.7585
+    floor = max(NOISE_FACTOR * sigma, 1.0)
+    # The strongest gradient around, on a coarse grid: the maximum of each tile, then of its neighbours.
+    tile = 8
+    h, w = magnitude.shape
+    padded = np.zeros((-(-h // tile) * tile, -(-w // tile) * tile), np.float32)
+    padded[:h, :w] = np.where(content, magnitude, 0)
+    peaks = padded.reshape(padded.shape[0] // tile, tile, -1, tile).max(axis=(1, 3))
+    reach = max(1, round(NEIGHBORHOOD * min(h, w) / tile / 2))
+    around = cv2.dilate(peaks, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    around = cv2.blur(around, (2 * reach + 1, 2 * reach + 1))
+    local = cv2.resize(around, (padded.shape[1], padded.shape[0]), interpolation=cv2.INTER_LINEAR)
+    return np.maximum(floor, LOCAL_SHARE * local[:h, :w]).astype(np.float32)
+
+
+def _without_specks(edges: NDArray[np.uint8]) -> Mask:
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(edges, connectivity=8)
+    keep = stats[:, cv2.CC_STAT_AREA] >= SHORTEST_CHAIN
+    keep[0] = False
+    return np.asarray(keep[labels], bool)
+
+
+def _sub_pixel(
+    x: NDArray[np.intp], y: NDArray[np.intp], dx: Grey, dy: Grey, magnitude: Grey
+) -> EdgePoints:
+    """Move each point along its gradient to the top of a parabola through three magnitudes."""
+    gradient = np.stack([dx[y, x], dy[y, x]], axis=1).astype(np.float64)
+    here = np.linalg.norm(gradient, axis=1)
+    unit = gradient / here[:, None]
+    points = np.stack([x, y], axis=1).astype(np.float64)
+    if len(points) == 0:
+        return EdgePoints(points, unit)
+
+    before, after = (sample(magnitude, points + step * unit) for step in (-1, 1))
+    offset = (before - after) / 2 / np.minimum(before + after - 2 * here, -1e-6)
+    return EdgePoints(points + np.clip(offset, -1, 1)[:, None] * unit, unit)

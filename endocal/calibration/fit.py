@@ -1,0 +1,139 @@
+"""The plumb-line fit: the model under which grouped points are straightest (Brown 1971; Devernay 2001)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .straightness import Floats, Labels, residuals, two_sided
+
+# How far bright areas may seem to grow, px: one standard deviation of what is believed beforehand.
+GROWTH_SPREAD = 0.5
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is believed of the distortion centre before any line is seen: (x, y) and its spread, px.
+
+    A spread of 0 keeps the centre where it is.
+    """
+
+    center: tuple[float, float]
+    spread: tuple[float, float]
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the centre is given rather than sought."""
+        return max(self.spread) == 0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit of (lam, cx, cy[, lam2]).
+
+    ``residuals`` (m,) px; ``jacobian`` (m, k): theirs by the parameters that were free, whose places in
+    the vector are ``free``; ``sigma`` px: the robust standard deviation; ``softness`` px: see fit_model.
+    """
+
+    params: Floats
+    residuals: Floats
+    jacobian: Floats
+    free: list[int]
+    sigma: float
+    softness: float
+
+
+def robust_sigma(values: Floats) -> float:
+    """The standard deviation of the bulk of ``values``, from their median size."""
+    return float(np.median(np.abs(values))) / 0.6745
+
+
+def fit_model(
+    points: Floats,
+    labels: Labels,
+    start: Floats,
+    radius: float,
+    prior: Prior,
+    softness: float,
+    sides: Floats | None = None,
+    rounds: int = 30,
+) -> Fit:
+    """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
+
+    ``radius`` px is the length by which the parameters are scaled; residuals beyond ``softness`` px count
+    ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
+    leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
+    from both sides; for the others it is one length for all, in px.
+    """
+    free = [i for i in range(len(start)) if not (prior.fixed and i in (1, 2))]
+    unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
+    pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
+    weights = np.ones(len(points))
+    one_sided = np.zeros(len(points)) if sides is None else sides - two_sided(sides, labels)
+    grows = bool(one_sided.min() < 0 < one_sided.max())
+
+    def params(x: Floats) -> Floats:
+        out = start.copy()
+        out[free] += x[: len(free)] * unit
+        return out
+
+    def misfit(x: Floats) -> Floats:
+        at = params(x)
+        growth = x[-1] * one_sided if grows else None
+        beliefs = [x[-1] / GROWTH_SPREAD] if grows else []
+        if not prior.fixed:
+            beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
+        r = residuals(points, labels, at, weights, sides, growth)
+        return np.concatenate([r, pull * np.array(beliefs)])
+
+    n = len(points)
+    x = np.zeros(len(free) + grows)
+    weights = 1 / (1 + (misfit(x)[:n] / softness) ** 2)
+    solution = least_squares(
+        misfit,
+        x,
+        method="trf",
+        loss="cauchy",
+        f_scale=softness,
+        x_scale="jac",
+        xtol=1e-7,
+        ftol=1e-9,
+        max_nfev=rounds,
+    )
+    r = misfit(solution.x)[:n]
+    # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
+    plain = np.stack([_slope(misfit, solution.x, i)[:n] for i in range(len(free))], axis=1)
+    return Fit(params(solution.x), r, plain / unit, free, robust_sigma(r), softness)
+
+
+def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: ignore[no-untyped-def]
+    ahead, behind = x.copy(), x.copy()
+    ahead[i] += step
+    behind[i] -= step
+    return (function(ahead) - function(behind)) / (2 * step)
+
+
+def covariance(fit: Fit, labels: Labels) -> Floats:
+    """The covariance (k, k) of the free parameters; residuals of one line may be correlated at will.
+
+    The sandwich estimator of a robust fit, clustered by lines, each line's influence enlarged by its own
+    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002).
+    """
+    count = int(labels.max()) + 1
+    unit = np.abs(fit.jacobian).max(axis=0)
+    j = fit.jacobian / unit
+    size = (fit.residuals / fit.softness) ** 2
+    influence = fit.residuals / (1 + size)
+    curvature = (1 - size) / (1 + size) ** 2
+    k = j.shape[1]
+    scores = np.stack([np.bincount(labels, influence * j[:, i], count) for i in range(k)], axis=1)
+    information = np.empty((count, k, k))
+    for a in range(k):
+        for b in range(k):
+            information[:, a, b] = np.bincount(labels, curvature * j[:, a] * j[:, b], count)
+    inverse = np.linalg.pinv(information.sum(axis=0))
+    left_out = np.eye(k) - information @ inverse
+    enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[..., None])[..., 0]
+    return np.asarray(inverse @ (enlarged.T @ enlarged) @ inverse / np.outer(unit, unit))

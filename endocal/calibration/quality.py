@@ -1,0 +1,102 @@
+"""Whether a calibration can be trusted: the thresholds, in one place, and the reasons in plain words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .result import Quality
+
+# Fewer lines than FAILED_LINES fit anything; fewer than FEW_LINES leave no check.
+FAILED_LINES = 4
+FEW_LINES = 8
+# How far out the lines reach, as a share of the content's radius.
+POOR_COVERAGE = 0.45
+# One standard deviation of the centre, as a share of the frame's short side, and of lambda, of itself.
+WEAK_CENTER = 0.003
+WEAK_LAMBDA = 0.01
+FAILED_LAMBDA = 0.5
+# Lambda at least this many standard deviations from zero.
+SIGNIFICANT = 3.0
+# Straightness, px of a 540-line frame, that noise and blur do not explain.
+ROUGH = 0.6
+FAILED_ROUGH = 2.5
+# The part of the edge points that the lines explain.
+LITTLE_EXPLAINED = 0.08
+# The model's fold this near to the measured points, as a share of their radius.
+NEAR_FOLD = 1.02
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict rests on; lengths in px, shares from 0 to 1."""
+
+    lines: int
+    points: int
+    rms_before: float
+    rms: float
+    entropy: float
+    lam: float
+    lam_sigma: float | None
+    center_sigma: float | None
+    reach: float  # of the measured points, from the distortion centre
+    content_radius: float
+    fold_radius: float  # of the model
+    short_side: float
+    explained: float  # share of edge points on lines
+
+
+def judge(e: Evidence) -> Quality:
+    """Return the verdict, with every reason against "good"."""
+    failed, doubts = [], []
+    if e.lines < FAILED_LINES:
+        failed.append(f"only {e.lines} straight lines found: show the pattern larger or sharper")
+    elif e.lines < FEW_LINES:
+        doubts.append(f"few lines ({e.lines}): show more of the pattern")
+    if e.reach < POOR_COVERAGE * e.content_radius:
+        doubts.append(
+            f"poor coverage: the lines reach {e.reach / e.content_radius:.0%} of the way to the rim;"
+            " fill the view with the pattern"
+        )
+    rough = e.rms / max(1.0, e.short_side / 540)
+    if rough > FAILED_ROUGH:
+        failed.append(f"the lines stay {e.rms:.2f} px from straight: the model does not fit them")
+    elif rough > ROUGH:
+        doubts.append(
+            f"residuals above noise: the lines stay {e.rms:.2f} px from straight; --model division2 may fit"
+        )
+    if e.explained < LITTLE_EXPLAINED:
+        doubts.append(
+            f"only {e.explained:.0%} of the edges lie on straight lines: is this a pattern?"
+        )
+    if e.lam_sigma is not None:
+        relative = e.lam_sigma / abs(e.lam) if e.lam else float("inf")
+        if abs(e.lam) < SIGNIFICANT * e.lam_sigma:
+            doubts.append("the distortion is within its uncertainty of zero")
+        elif relative > FAILED_LAMBDA:
+            failed.append(
+                f"lambda is known to {relative:.0%} only: show more lines, nearer to the rim"
+            )
+        elif relative > WEAK_LAMBDA:
+            doubts.append(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
+    if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:
+        doubts.append(
+            f"the centre is weakly determined (one standard deviation: {e.center_sigma:.1f} px);"
+            " tilt the pattern, or show lines in two directions"
+        )
+    if e.fold_radius < NEAR_FOLD * e.reach:
+        doubts.append("lambda is at its bound: the model folds right behind the outermost points")
+    elif e.fold_radius <= e.content_radius:
+        doubts.append(
+            f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies"
+            " beyond is lost; try --model division2"
+        )
+    verdict = "failed" if failed else "doubtful" if doubts else "good"
+    return Quality(
+        verdict=verdict,
+        reasons=tuple(failed + doubts),
+        lines=e.lines,
+        points=e.points,
+        rms_before=e.rms_before,
+        rms=e.rms,
+        entropy=e.entropy,
+    )

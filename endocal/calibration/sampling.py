@@ -1,0 +1,27 @@
+"""Grey levels between the pixels."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+# cv2.remap takes no more columns than a short can count.
+_COLUMNS = 4096
+
+
+def sample(image: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return ``image`` (h, w) at ``points`` (..., 2) in px, bilinear, its edge repeated outside: (...)."""
+    flat = points.reshape(-1, 2).astype(np.float32)
+    rows = -(-len(flat) // _COLUMNS)
+    grid = np.zeros((rows * _COLUMNS, 2), np.float32)
+    grid[: len(flat)] = flat
+    x, y = grid.reshape(rows, _COLUMNS, 2).transpose(2, 0, 1).copy()
+    values = cv2.remap(
+        image,
+        x,
+        y,
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    return np.asarray(values, np.float32).reshape(-1)[: len(flat)].reshape(points.shape[:-1])

@@ -1,0 +1,50 @@
+"""Every tunable of a calibration, named, with unit and default."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import UsageError
+
+MODELS = ("division", "division2")
+
+Center = str | tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CalibrationSpec:
+    """How to calibrate.
+
+    ``method`` is a name in the registry of measures; ``refine`` turns the plumb-line refinement on.
+    ``center`` is "free" (searched), "image" (the frame's centre) or an (x, y) in px to keep.
+    ``samples`` per axis of Algorithm 1 and ``epsilon``, the range of lambda in px^-2 at which it stops, are
+    the article's. ``sobel`` is the size in px of the mask that gives the gradients that vote. ``roi`` is
+    (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
+    ``pixel_aspect`` is a pixel's width over its height. Raises UsageError for values that make no sense.
+    """
+
+    method: str = "hewg"
+    refine: bool = True
+    center: Center = "free"
+    samples: int = 10
+    epsilon: float = 1e-9
+    max_rounds: int = 20
+    center_region: float = 0.1
+    sobel: int = 21
+    roi: tuple[int, int, int, int] | None = None
+    model: str = "division"
+    pixel_aspect: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.samples < 3:
+            raise UsageError(f"--samples {self.samples}: at least 3 are needed to narrow a range")
+        if self.sobel < 3 or self.sobel > 31 or self.sobel % 2 == 0:
+            raise UsageError(f"--sobel {self.sobel}: an odd size from 3 to 31 is needed")
+        if self.model not in MODELS:
+            raise UsageError(f"--model {self.model}: one of {', '.join(MODELS)} is needed")
+        if isinstance(self.center, str) and self.center not in ("free", "image"):
+            raise UsageError(f"--center {self.center}: free, image or X,Y is needed")
+        if self.pixel_aspect <= 0:
+            raise UsageError(f"--pixel-aspect {self.pixel_aspect:g}: a positive number is needed")
+        if self.roi is not None and (min(self.roi[2:]) < 1 or min(self.roi[:2]) < 0):
+            raise UsageError("--roi: X,Y from 0 and a width and height of at least 1 px are needed")

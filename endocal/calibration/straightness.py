@@ -1,0 +1,137 @@
+"""How far points that belong on straight lines are from them, under a model.
+
+A parameter vector is (lam, cx, cy) or (lam, cx, cy, lam2); lines are labels 0 … n-1, one per point. All
+in square pixels. Line fits are eliminated (variable projection): a residual depends on the model alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Labels = NDArray[np.intp]
+
+# The denominator of the model is kept above this where points near the fold are tried.
+LEAST_DENOMINATOR = 0.02
+
+
+@dataclass(frozen=True)
+class Undistorted:
+    """Points under a model, as offsets from its centre, px: before (d), after (u), and squared radii."""
+
+    d: Floats
+    u: Floats
+    q: Floats
+    denominator: Floats
+    slope: Floats  # derivative of the denominator by q
+
+    @classmethod
+    def of(cls, points: Floats, params: Floats) -> Undistorted:
+        """Undistort (n, 2) points by ``params``; past the fold the denominator is held at its least."""
+        lam2 = params[3] if len(params) > 3 else 0.0
+        d = points - params[1:3]
+        q = np.einsum("ij,ij->i", d, d)
+        denominator = np.maximum(1 + q * (params[0] + q * lam2), LEAST_DENOMINATOR)
+        return cls(d, d / denominator[:, None], q, denominator, params[0] + 2 * q * lam2)
+
+    def scale(self, normals: Floats) -> Floats:
+        """Undistorted px per distorted px, along the undistorted ``normals`` (n, 2)."""
+        return np.hypot(*self.pulled_back(normals).T)
+
+    def pulled_back(self, normals: Floats) -> Floats:
+        """The transposed Jacobian applied to undistorted normals (n, 2): those in the distorted picture."""
+        along = np.einsum("ij,ij->i", normals, self.d)
+        pull = 2 * self.slope * along / self.denominator**2
+        return normals / self.denominator[:, None] - pull[:, None] * self.d
+
+    def gradients(self, gradients: Floats) -> Floats:
+        """Unit gradients at the undistorted points (eq. 7), from gradients (n, 2) at the distorted."""
+        gx, gy = gradients.T
+        dx, dy = self.d.T
+        a = -2 * self.slope * (dy * gx - dx * gy)
+        out = np.stack([a * dy + gx * self.denominator, gy * self.denominator - a * dx], axis=1)
+        return out / np.maximum(np.linalg.norm(out, axis=1), 1e-300)[:, None]
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Straight lines fitted to undistorted points: normals (n, 2), offsets (n,), relative to the centre."""
+
+    normals: Floats
+    offsets: Floats
+
+
+def fit_lines(u: Floats, labels: Labels, count: int, weights: Floats) -> Lines:
+    """Fit each line by weighted total least squares to its undistorted points (m, 2)."""
+
+    def total(values: Floats) -> Floats:
+        return np.asarray(np.bincount(labels, weights * values, count), np.float64)
+
+    mass = np.maximum(np.bincount(labels, weights, count), 1e-300)
+    mean = np.stack([total(u[:, 0]), total(u[:, 1])], axis=1) / mass[:, None]
+    ex, ey = (u - mean[labels]).T
+    sxx, syy, sxy = total(ex * ex), total(ey * ey), total(ex * ey)
+    angle = 0.5 * np.arctan2(2 * sxy, sxx - syy)
+    normals = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    return Lines(normals, np.einsum("ij,ij->i", normals, mean))
+
+
+def residuals(
+    points: Floats,
+    labels: Labels,
+    params: Floats,
+    weights: Floats | None = None,
+    sides: Floats | None = None,
+    growth: Floats | None = None,
+) -> Floats:
+    """Return each point's signed distance (m,) to its line, in px.
+
+    It is measured in the distorted picture, where the noise of edges is the same everywhere: a model that
+    shrinks the corrected picture gains nothing. ``weights`` (m,) are those of the line fits.
+
+    ``sides`` (m,), +1 or -1, tells on which side of its line a point is bright: over-exposure and gamma
+    make bright squares grow, so a line seen from both sides has two edges some way apart. That distance
+    is fitted for each line along with its place and direction. ``growth`` (m,) px is taken off as given.
+    """
+    count = int(labels.max()) + 1
+    weights = np.ones(len(points)) if weights is None else weights
+    at = Undistorted.of(points, params)
+    first = fit_lines(at.u, labels, count, weights * at.denominator**2)
+    normals = first.normals[labels]
+    scale = at.scale(normals)
+    distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets[labels]) / scale
+    if growth is not None:
+        distance = distance - growth
+    along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
+    columns = [1 / scale, along]
+    if sides is not None:
+        columns.append(two_sided(sides, labels))
+    return _without(distance, np.stack(columns, axis=1), labels, count, weights)
+
+
+def two_sided(sides: Floats, labels: Labels) -> Floats:
+    """``sides``, but 0 on lines that show hardly more than one: there it could not be told from bending."""
+    share = np.bincount(labels, sides > 0) / np.maximum(np.bincount(labels), 1)
+    return np.where(np.abs(share - 0.5) < 0.4, 1.0, 0.0)[labels] * sides
+
+
+def _without(
+    values: Floats, columns: Floats, labels: Labels, count: int, weights: Floats
+) -> Floats:
+    """What is left of ``values`` (m,) when ``columns`` (m, k) are fitted to it on each line apart."""
+    k = columns.shape[1]
+    normal = np.empty((count, k, k))
+    right = np.empty((count, k))
+    for i in range(k):
+        weighted = weights * columns[:, i]
+        right[:, i] = np.bincount(labels, weighted * values, count)
+        for j in range(i + 1):
+            normal[:, i, j] = normal[:, j, i] = np.bincount(labels, weighted * columns[:, j], count)
+    # A column of zeros, or a line of one point, takes nothing away.
+    diagonal = np.einsum("lii->li", normal)
+    diagonal += 1e-9 * diagonal + 1e-12
+    fitted = np.linalg.solve(normal, right[..., None])[..., 0]
+    return values - np.einsum("ij,ij->i", columns, fitted[labels])

@@ -1,0 +1,43 @@
+"""Calibrate from picture files: the job behind ``endocal calibrate``."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ..calibration.calibrate import calibrate
+from ..calibration.result import Calibration, Source, SourceImage
+from ..calibration.spec import CalibrationSpec
+from ..errors import CalibrationError, InputError
+from ..files import decode_image, read_picture_bytes
+from ..files.names import shown
+
+
+def calibrate_files(
+    paths: Sequence[str | Path], spec: CalibrationSpec = CalibrationSpec()
+) -> Calibration:
+    """Calibrate from one picture file, or jointly from several of one lens at one zoom setting.
+
+    The calibration names its pictures and their SHA-256; its verdict may be "failed". Raises InputError,
+    naming the file, for one that cannot be used, and CalibrationError where no line is found.
+    """
+    contents = [read_picture_bytes(path) for path in paths]
+    images = [decode_image(data, str(path)) for data, path in zip(contents, paths, strict=True)]
+    for path, image in zip(paths[1:], images[1:], strict=True):
+        if image.shape[:2] != images[0].shape[:2]:
+            raise InputError(
+                f"{shown(path)} is {image.shape[1]}x{image.shape[0]}, {shown(paths[0])}"
+                f" {images[0].shape[1]}x{images[0].shape[0]}: give pictures of one lens at one setting"
+            )
+    try:
+        calibration = calibrate(images, spec)
+    except (InputError, CalibrationError) as error:
+        raise type(error)(f"{', '.join(shown(path) for path in paths)}: {error}") from None
+    source = calibration.source or Source()
+    pictures = tuple(
+        SourceImage(Path(path).name, hashlib.sha256(data).hexdigest())
+        for path, data in zip(paths, contents, strict=True)
+    )
+    return replace(calibration, source=replace(source, images=pictures))
