@@ -32,8 +32,10 @@ _EXIF = b"Exif\0\0"
 
 # TIFF: tags, and the byte size and struct letter of the field types that hold sizes and offsets.
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
-_ORIENTATION = 274
-_TAGS = (_WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES, _ORIENTATION)
+_COMPRESSION, _ORIENTATION = 259, 274
+_TAGS = (_WIDTH, _HEIGHT, _COMPRESSION, _STRIPS, _ORIENTATION, _STRIP_BYTES, _TILES, _TILE_BYTES)
+# None, CCITT, LZW, JPEG, Deflate, PackBits. Of any other OpenCV makes a black picture without a word.
+_TIFF_COMPRESSIONS = frozenset((1, 2, 3, 4, 5, 7, 8, 32773, 32946))
 _TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
 
 _TRUNCATED = "is truncated: the end of the picture is missing"
@@ -140,6 +142,9 @@ def _read_tiff(data: bytes) -> PictureHeader:
     tags = _tiff_tags(data)
     if not tags.get(_WIDTH) or not tags.get(_HEIGHT):
         raise InputError("is damaged: a TIFF without a size")
+    compression = (tags.get(_COMPRESSION) or (1,))[0]
+    if compression not in _TIFF_COMPRESSIONS:
+        raise InputError(f"is a TIFF with a compression (number {compression}) that is not read")
     damage = None
     for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
         ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))

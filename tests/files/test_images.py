@@ -197,6 +197,14 @@ def test_a_giant_is_refused_by_its_header(data: bytes) -> None:
         decode_image(data)
 
 
+def test_a_compression_that_nobody_knows_is_refused() -> None:
+    data = bytearray(picture(".tif", GREY))
+    entry = data.index(struct.pack("<HHI", 259, 3, 1))
+    data[entry + 8 : entry + 10] = struct.pack("<H", 9999)
+    with pytest.raises(InputError, match=r"compression \(number 9999\) that is not read"):
+        decode_image(bytes(data))
+
+
 def test_float_pixels_are_refused() -> None:
     with pytest.raises(InputError, match="has float32 pixels"):
         decode_image(picture(".tif", GREY.astype(np.float32)))
