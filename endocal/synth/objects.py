@@ -94,8 +94,8 @@ class Highlight:
     strength: float
 
     def add_to(self, light: Light, origin: tuple[int, int]) -> None:
-        """Add it in place to ``light`` (h, w), whose first pixel is at the frame's pixel ``origin``."""
-        h, w = light.shape
+        """Add it in place to light (h, w) or (h, w, 3) that begins at the frame's pixel ``origin``."""
+        h, w = light.shape[:2]
         x, y = self.center[0] - origin[0], self.center[1] - origin[1]
         reach = 5 * self.sigma
         left, right = max(0, int(x - reach)), min(w, int(x + reach) + 2)
@@ -104,4 +104,5 @@ class Highlight:
             return
         gx = np.exp(-0.5 * ((np.arange(left, right) - x) / self.sigma) ** 2)
         gy = np.exp(-0.5 * ((np.arange(top, bottom) - y) / self.sigma) ** 2)
-        light[top:bottom, left:right] += (self.strength * np.outer(gy, gx)).astype(np.float32)
+        glow = (self.strength * np.outer(gy, gx)).astype(np.float32)
+        light[top:bottom, left:right] += glow if light.ndim == 2 else glow[..., None]
