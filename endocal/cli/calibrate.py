@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "endocal calibrate board.png -o cal.toml",
-    "endocal calibrate board.png -o - --json | jq .model",
+    "endocal calibrate board.png -o cal.toml --json | jq .model",
+    "endocal calibrate board.png -o - | endocal correct in.mp4 -o out.mp4 -c -",
 )
 
 
@@ -64,10 +65,13 @@ def command(
     model, its uncertainty and a verdict: good, doubtful (with reasons) or failed (exit 1, no file).
     """
     from ..calibration.spec import CalibrationSpec
-    from ..files import save
+    from ..files import check_output, save
     from ..jobs.calibrate import calibrate_files
     from ..jobs.show import as_data
 
+    if json and str(output) == "-":
+        raise UsageError("--json and -o - both write to stdout: name an output file")
+    check_output(output, overwrite, images)
     region = parse_numbers(roi, "--roi", 4)
     spec = CalibrationSpec(
         method=method,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import UsageError
 from .options import Json, Output, Overwrite, note, print_json
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ def command(
     from ..jobs.show import as_data
     from ..jobs.zoomtable import ZoomTableSpec, make_zoomtable
 
+    if json and str(output) == "-":
+        raise UsageError("--json and -o - both write to stdout: name an output file")
     spec = ZoomTableSpec(
         tuple(str(item) for item in items),
         str(output),

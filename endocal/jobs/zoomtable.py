@@ -10,7 +10,7 @@ from pathlib import Path
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
 from ..errors import InputError
-from ..files import load, read_picture_bytes, save
+from ..files import check_output, load, read_picture_bytes, save
 from ..files.names import shown
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..zoom.table import Setting, SettingSource, ZoomTable
@@ -51,6 +51,7 @@ def make_zoomtable(
     cannot be read or shows no circle, for items of different frame sizes, and for those that ZoomTable
     refuses; what the calibration raises; OutputError where the table cannot be written.
     """
+    check_output(spec.output, spec.overwrite, spec.items)
     notes: list[str] = []
     first: tuple[str, Calibration] | None = None
     settings = []

@@ -208,6 +208,15 @@ def test_a_lambda_may_fold_beyond_the_visible_circle() -> None:
         dumps(Calibration(model, boundary=too_wide))
 
 
+def test_a_usable_radius_ends_what_has_to_hold() -> None:
+    model = DivisionModel(-1 / 300**2, (374.0, 240.0), (748, 480))
+    read = loads(dumps(Calibration(model, usable_radius=290.04)))
+    assert isinstance(read, Calibration)
+    assert read.usable_radius == 290.0
+    with pytest.raises(InputError, match=r"inside its own usable_radius, which reaches 301\.0 px"):
+        dumps(Calibration(model, usable_radius=301.0))
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_what_is_not_a_number_is_never_written(tmp_path: Path, bad: float) -> None:
     with pytest.raises(InputError, match="not a finite number"):
