@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
 from ..errors import UsageError
 from .tissue import Eye
 
@@ -15,8 +18,9 @@ from .tissue import Eye
 class ZoomPath:
     """Zooms at given times: (s, zoom) pairs with increasing times.
 
-    Between two of them the zoom goes evenly in ratio, starting and ending gently; before the first and
-    after the last it stays.
+    The zoom's logarithm goes through them smoothly and never beyond its neighbours: it passes through the
+    ones in the middle of a rise, turns gently at the highest, rests between equals, and stays before the
+    first and after the last.
     """
 
     keys: tuple[tuple[float, float], ...]
@@ -29,13 +33,11 @@ class ZoomPath:
 
     def at(self, time: float) -> float:
         """Return the zoom at ``time``, s."""
-        if time <= self.keys[0][0]:
-            return self.keys[0][1]
-        for (t0, z0), (t1, z1) in pairwise(self.keys):
-            if time < t1:
-                s = (time - t0) / (t1 - t0)
-                return z0 * (z1 / z0) ** (s * s * (3 - 2 * s))
-        return self.keys[-1][1]
+        times, zooms = zip(*self.keys, strict=True)
+        # A rest on either side makes it start and end gently, too.
+        times = (times[0] - 1, *times, times[-1] + 1)
+        curve = PchipInterpolator(times, np.log([zooms[0], *zooms, zooms[-1]]))
+        return float(np.exp(curve(min(max(time, times[0]), times[-1]))))
 
 
 def zoom_path(zooms: Sequence[float], duration: float) -> ZoomPath:
