@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from reference import remap
 
 from endocal.model import DivisionModel
 from endocal.remap.geometry import OutputGeometry, output_geometry
 from endocal.remap.layout import FrameLayout, frame_layout
+from tests.remap.reference import remap
 
 INTERPOLATIONS = ("nearest", "bilinear", "bicubic", "lanczos")
 FORMATS = (

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import CASES, FORMATS, INTERPOLATIONS, expected
 
 from endocal.remap.engine import FrameRemapper
 from endocal.remap.grid import plane_grids
 from endocal.remap.numpy_engine import NumpyEngine
 from endocal.remap.opencl_engine import OpenCLEngine
+from tests.remap.cases import CASES, FORMATS, INTERPOLATIONS, expected
 
 # Name -> strategy and staging of the OpenCL engine. Where there is no device these tests fail.
 OPENCL = {
