@@ -59,7 +59,7 @@ def _describe_table(table: ZoomTable) -> list[Row]:
     law = table.law
     rows = [
         ("frame", _frame(table.size, table.pixel_aspect)),
-        ("law", f"lambda * diameter^2 = {law.lambda_diameter2:.4g}, spread {law.spread:.1%}"),
+        ("law", f"lambda * diameter^2 = {law.lambda_diameter2:.4g}, spread {law.spread:.2%}"),
     ]
     for i, (setting, departure) in enumerate(zip(table.settings, law.departures, strict=True), 1):
         lam2 = f", lambda2 {setting.lam2:.5g} px^-4" if setting.lam2 else ""
@@ -69,7 +69,7 @@ def _describe_table(table: ZoomTable) -> list[Row]:
             (
                 f"setting {i}",
                 f"diameter {setting.diameter:.1f} px: lambda {setting.lam:.5g} px^-2{lam2},"
-                f" centre {x:.2f}, {y:.2f} px, {departure:+.1%} off the law{outlier}",
+                f" centre {x:.2f}, {y:.2f} px, {departure:+.2%} off the law{outlier}",
             )
         )
     return rows

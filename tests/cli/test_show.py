@@ -76,7 +76,7 @@ def test_the_effect_is_the_models(endocal: Callable[..., Any]) -> None:
 def test_a_table_in_words(endocal: Callable[..., Any]) -> None:
     out = endocal("show", "-", stdin=dumps(TABLE).encode()).out
     assert "720x540 px" in out
-    assert "lambda * diameter^2 = -1.274, spread 2.6%" in out
+    assert "lambda * diameter^2 = -1.274, spread 2.63%" in out
     assert (
         "setting 1     diameter 210.0 px: lambda -2.9644e-05 px^-2, centre 360.00, 270.00 px" in out
     )
