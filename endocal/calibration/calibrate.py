@@ -22,7 +22,7 @@ from .hough import Voters
 from .measures import measure_named
 from .picture import Grey, Mask, Picture, fields, to_grey
 from .quality import Evidence, judge
-from .refine import STARTS, Refined, View, best_start, reach_of, refine
+from .refine import Refined, View, best_start, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .search import Found, Region, search
 from .spec import CalibrationSpec
@@ -32,8 +32,9 @@ Image = NDArray[np.uint8] | NDArray[np.uint16]
 
 # Edges are sought on a picture of at most so many pixels; they are measured on the full one.
 MOST_PIXELS = 2_500_000
-# Algorithm 1 votes with at most so many points, drawn evenly.
+# Algorithm 1 votes with at most so many points, drawn evenly; fewer where it only finds a start.
 MOST_VOTERS = 16_000
+MOST_VOTERS_FOR_START = 5_000
 # The search ends where lambda is as good as zero, px^-2 (METHOD: [-1 / r_max^2, -1e-7]).
 SMALLEST_LAMBDA = -1e-7
 # A model is used up to this share of the radius at which it folds.
@@ -171,8 +172,9 @@ def _search(scene: _Scene, spec: CalibrationSpec) -> Found:
 def _voters(view: View, spec: CalibrationSpec, frame_height: float) -> Voters:
     edges = view.edges
     gradients = sobel_gradients(view.grey, edges.points, spec.sobel)
-    if len(edges) > MOST_VOTERS:
-        chosen = np.random.default_rng(0).permutation(len(edges))[:MOST_VOTERS]
+    most = MOST_VOTERS_FOR_START if spec.refine else MOST_VOTERS
+    if len(edges) > most:
+        chosen = np.random.default_rng(0).permutation(len(edges))[:most]
         edges, gradients = edges.take(chosen), gradients[chosen]
     return Voters.of(edges.points, gradients, frame_height)
 
@@ -192,8 +194,7 @@ def _bare(scene: _Scene, spec: CalibrationSpec, found: Found) -> Calibration:
 def _refined(scene: _Scene, spec: CalibrationSpec, found: Found) -> Calibration:
     prior, views = scene.prior, scene.views
     reach = reach_of(views, prior.center)
-    starts = [found.params, *(np.array([s / reach**2, *prior.center]) for s in STARTS)]
-    start = best_start(views, starts, reach, prior)
+    start = best_start(views, found.params, reach, prior)
     refined = None
     if start is not None:
         refined = refine(views, start, reach, prior, second=spec.model == "division2")
@@ -242,6 +243,7 @@ def _evidence(
         fold_radius=model.valid_radius,
         short_side=min(scene.square_size),
         explained=len(m.points) / max(sum(len(view.edges) for view in scene.views), 1),
+        board=refined.board,
     )
 
 

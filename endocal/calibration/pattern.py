@@ -1,9 +1,13 @@
-"""Which lines belong to the pattern, and which are one line found twice."""
+"""Which measured points belong to the pattern, and which lines are one line found twice."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from .profiles import Measured
@@ -11,32 +15,47 @@ from .straightness import Floats, Labels, Undistorted, fit_lines
 
 # A side must hold for this many profiles in a row to count as a square of a chessboard.
 SHORTEST_RUN = 4
-# A line of a chessboard changes sides at least this often, and a board shows at least this many lines.
-FEWEST_CHANGES = 3
+# A line of a chessboard meets at least this many others, and a board shows at least this many lines.
+FEWEST_CROSSINGS = 3
 FEWEST_BOARD_LINES = 6
-# Lines that cross are measured up to a few px from the crossing, where the edge is weak.
+# Two lines that change sides within this many px of each other cross there: near a crossing the edge is
+# too weak to be measured, so that either change is known to a few px.
 CROSSING = 8.0
+# A line goes on beyond its last crossing by one square, which perspective may stretch by this much.
+LAST_SQUARE = 1.4
 
 
-def board_lines(measured: Measured) -> NDArray[np.bool_]:
-    """Which lines (n,) are a chessboard's, if a chessboard is there; else all.
+@dataclass(frozen=True)
+class _Changes:
+    """Where lines change sides: places (m, 2) px, line labels (m,), indices (m,) into the points."""
 
-    Other straight things in the room may help to calibrate, but they may also be bent, or be the rim's;
-    what changes sides again and again, each time where another such line crosses, is the pattern.
+    places: Floats
+    labels: Labels
+    index: Labels
+
+
+def on_board(measured: Measured) -> NDArray[np.bool_] | None:
+    """Which points (n,) lie on a chessboard; None where no chessboard is there.
+
+    At every corner of a chessboard two lines cross and both change sides. The largest set of lines that
+    such crossings connect is the board; each line belongs to it from its first crossing to its last, and
+    one square beyond. Other straight things in the room may be bent, or be the rim's, and are left out.
     """
-    places, owner = _changes_of_side(measured)
+    if len(measured.points) == 0:
+        return None
+    changes = _changes_of_side(measured)
     count = int(measured.labels.max()) + 1
-    board = np.bincount(owner, minlength=count) >= FEWEST_CHANGES
-    for _ in range(2):
+    crossing, board = _crossings(changes, count)
+    for _ in range(3):
+        met = np.bincount(changes.labels[crossing], minlength=count)
+        board &= met >= FEWEST_CROSSINGS
         if np.count_nonzero(board) < FEWEST_BOARD_LINES:
-            return np.ones(count, bool)
-        crossed = _near_another(places, owner, measured, board)
-        board &= np.bincount(owner[crossed], minlength=count) >= FEWEST_CHANGES
-    return board if np.count_nonzero(board) >= FEWEST_BOARD_LINES else np.ones(count, bool)
+            return None
+        crossing, board = _crossings(changes, count, board)
+    return _between_crossings(measured, changes, crossing, board)
 
 
-def _changes_of_side(measured: Measured) -> tuple[Floats, Labels]:
-    """Places (m, 2) px where lines change their bright side, and the lines (m,)."""
+def _changes_of_side(measured: Measured) -> _Changes:
     new_line = np.diff(measured.labels, prepend=-1) != 0
     starts = np.flatnonzero(new_line | (np.diff(measured.sides, prepend=0) != 0))
     ends = np.append(starts[1:], len(measured.labels))
@@ -45,20 +64,41 @@ def _changes_of_side(measured: Measured) -> tuple[Floats, Labels]:
     label, side = measured.labels[starts], measured.sides[starts]
     changed = (label[1:] == label[:-1]) & (side[1:] != side[:-1])
     before, after = measured.points[ends[:-1] - 1], measured.points[starts[1:]]
-    return ((before + after) / 2)[changed], label[1:][changed]
+    return _Changes(((before + after) / 2)[changed], label[1:][changed], starts[1:][changed])
 
 
-def _near_another(
-    places: Floats, owner: Labels, measured: Measured, board: NDArray[np.bool_]
+def _crossings(
+    changes: _Changes, count: int, among: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which changes (m,) are crossings of two lines, and which lines (n,) hang together by them."""
+    pairs = cKDTree(changes.places).query_pairs(CROSSING, output_type="ndarray").reshape(-1, 2)
+    a, b = changes.labels[pairs[:, 0]], changes.labels[pairs[:, 1]]
+    real = a != b
+    if among is not None:
+        real &= among[a] & among[b]
+    pairs, a, b = pairs[real], a[real], b[real]
+    graph = coo_array((np.ones(len(a)), (a, b)), shape=(count, count))
+    _, component = connected_components(graph, directed=False)
+    largest = np.bincount(component[a], minlength=1).argmax() if len(a) else 0
+    crossing = np.zeros(len(changes.labels), bool)
+    crossing[pairs.ravel()] = True
+    return crossing, component == largest
+
+
+def _between_crossings(
+    measured: Measured,
+    changes: _Changes,
+    crossing: NDArray[np.bool_],
+    board: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Which places lie within CROSSING px of a measured point of another line of the board."""
-    on_board = board[measured.labels]
-    points, labels = measured.points[on_board], measured.labels[on_board]
-    tree = cKDTree(points)
-    neighbors = tree.query_ball_point(places, CROSSING)
-    return np.array(
-        [np.any(labels[near] != own) for near, own in zip(neighbors, owner, strict=True)], bool
-    )
+    keep = np.zeros(len(measured.points), bool)
+    for line in np.flatnonzero(board):
+        own = np.flatnonzero(measured.labels == line)
+        at = np.sort(changes.index[crossing & (changes.labels == line)])
+        first = at[0] - LAST_SQUARE * (at[1] - at[0])
+        last = at[-1] + LAST_SQUARE * (at[-1] - at[-2])
+        keep[own[(own >= first) & (own <= last)]] = True
+    return keep
 
 
 def merge_twins(points: Floats, labels: Labels, params: Floats, distance: float) -> Labels:

@@ -20,8 +20,11 @@ SIGNIFICANT = 3.0
 # Straightness, px of a 540-line frame, that noise and blur do not explain.
 ROUGH = 0.6
 FAILED_ROUGH = 2.5
+# Without a chessboard nothing but straightness says that the lines are lines: it must be good.
+ROUGH_WITHOUT_BOARD = 0.35
 # The part of the edge points that the lines explain.
 LITTLE_EXPLAINED = 0.08
+LITTLE_WITHOUT_BOARD = 0.3
 # The model's fold this near to the measured points, as a share of their radius.
 NEAR_FOLD = 1.02
 
@@ -43,6 +46,7 @@ class Evidence:
     fold_radius: float  # of the model
     short_side: float
     explained: float  # share of edge points on lines
+    board: bool  # whether a chessboard was seen
 
 
 def judge(e: Evidence) -> Quality:
@@ -64,7 +68,12 @@ def judge(e: Evidence) -> Quality:
         doubts.append(
             f"residuals above noise: the lines stay {e.rms:.2f} px from straight; --model division2 may fit"
         )
-    if e.explained < LITTLE_EXPLAINED:
+    if not e.board and rough > ROUGH_WITHOUT_BOARD:
+        failed.append(
+            f"no chessboard seen, and what look like lines stay {e.rms:.2f} px from straight:"
+            " show a chessboard or parallel lines"
+        )
+    if e.explained < (LITTLE_EXPLAINED if e.board else LITTLE_WITHOUT_BOARD):
         doubts.append(
             f"only {e.explained:.0%} of the edges lie on straight lines: is this a pattern?"
         )

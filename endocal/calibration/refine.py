@@ -14,7 +14,7 @@ import numpy as np
 from .edges import EdgePoints
 from .fit import Fit, Prior, fit_model
 from .lines import Grouping, LineSpec, group
-from .pattern import board_lines, merge_twins
+from .pattern import merge_twins, on_board
 from .picture import Grey
 from .profiles import Measured, measure, smooth_for_profiles
 from .straightness import Floats, Labels
@@ -47,11 +47,15 @@ class View:
 
 @dataclass(frozen=True)
 class Refined:
-    """A fit with the measured points it rests on; ``view`` (n,) tells which view each is from."""
+    """A fit with the measured points it rests on.
+
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen.
+    """
 
     fit: Fit
     measured: Measured
     view: Labels
+    board: bool
 
 
 def reach_of(views: Sequence[View], center: tuple[float, float]) -> float:
@@ -61,33 +65,52 @@ def reach_of(views: Sequence[View], center: tuple[float, float]) -> float:
     )
 
 
-def best_start(
-    views: Sequence[View], starts: Sequence[Floats], reach: float, prior: Prior
-) -> Floats | None:
-    """Improve each start by grouping and fitting in turn; return where most points end up on few lines.
+def best_start(views: Sequence[View], found: Floats, reach: float, prior: Prior) -> Floats | None:
+    """Improve the search's answer and other starts by grouping and fitting in turn; return the best.
 
     What is compared is the entropy of the lines' shares of the points, in distorted px: unlike that of a
-    vote map, it does not fall when a model shrinks the picture. None where no start finds a line.
+    vote map, it does not fall when a model shrinks the picture. Two starts that end in one place with no
+    better one before them settle it. None where no start finds a line.
     """
     total = sum(len(v.edges) for v in views)
     share = min(1.0, SCOUTS / max(total, 1))
     scouts = [replace(v, edges=_scouts(v.edges, share)) for v in views]
     spec = LineSpec(0.0, np.deg2rad(8), max(10, int(FEWEST_POINTS * share)), SHORTEST_SPAN * reach)
-    best: tuple[float, Floats] | None = None
+    # The farthest from the search's answer first: where those come back to it, it is right.
+    others = sorted(STARTS, key=lambda s: -abs(s - found[0] * reach**2))
+    starts = [found, *(np.array([s / reach**2, *prior.center]) for s in others)]
+    ends: list[tuple[float, Floats]] = []
     for start in starts:
-        params = start
-        for distance in START_ROUNDS:
-            groups = _group(scouts, params, replace(spec, distance=distance))
-            points, labels = _on_lines(scouts, groups)
-            if len(points) == 0 or labels.max() + 1 < FEWEST_LINES:
-                break
-            softness = distance / 3
-            params = fit_model(points, labels, params, reach, prior, softness, rounds=8).params
-        groups = _group(scouts, params, replace(spec, distance=START_JUDGED))
-        entropy = float(np.mean([g.entropy() for g in groups]))
-        if sum(g.count for g in groups) >= FEWEST_LINES and (best is None or entropy < best[0]):
-            best = entropy, params
-    return None if best is None else best[1]
+        end = _improved(scouts, start, reach, prior, spec)
+        if end is None:
+            continue
+        ends.append(end)
+        best = min(ends, key=lambda e: e[0])
+        if sum(_same(best[1], other, reach) for _, other in ends) > 1:
+            return best[1]
+    return min(ends, key=lambda e: e[0])[1] if ends else None
+
+
+def _improved(
+    scouts: Sequence[View], params: Floats, reach: float, prior: Prior, spec: LineSpec
+) -> tuple[float, Floats] | None:
+    """Where a start leads, and the entropy there; None where it finds too few lines."""
+    for distance in START_ROUNDS:
+        groups = _group(scouts, params, replace(spec, distance=distance))
+        points, labels = _on_lines(scouts, groups)
+        if len(points) == 0 or labels.max() + 1 < FEWEST_LINES:
+            break
+        params = fit_model(points, labels, params, reach, prior, distance / 3, rounds=8).params
+    groups = _group(scouts, params, replace(spec, distance=START_JUDGED))
+    if sum(g.count for g in groups) < FEWEST_LINES:
+        return None
+    return float(np.mean([g.entropy() for g in groups])), params
+
+
+def _same(a: Floats, b: Floats, reach: float) -> bool:
+    """Whether two models are one but for noise."""
+    turn = abs(a[0] - b[0]) * reach**2
+    return bool(turn < 0.02 and np.hypot(*(a[1:3] - b[1:3])) < 0.01 * reach)
 
 
 def refine(
@@ -112,8 +135,13 @@ def refine(
     smooth = [smooth_for_profiles(view.grey) for view in views]
     for _ in range(2):
         parts = [
-            _measure_board(s, *line, params) if len(line[0]) else Measured.none()
+            _measured(s, *line, params) if len(line[0]) else Measured.none()
             for s, line in zip(smooth, lines, strict=True)
+        ]
+        boards = [on_board(part) for part in parts]
+        parts = [
+            part if board is None else part.take(board)
+            for part, board in zip(parts, boards, strict=True)
         ]
         everything, view_of = _joined(parts)
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
@@ -122,19 +150,16 @@ def refine(
         params, sigma = fit.params, fit.sigma
         lines = [(part.points, part.labels) for part in parts]
     fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma))
-    return Refined(fit, everything, view_of)
+    return Refined(fit, everything, view_of, any(board is not None for board in boards))
 
 
 def _fit(m: Measured, start: Floats, reach: float, prior: Prior, softness: float) -> Fit:
     return fit_model(m.points, m.labels, start, reach, prior, softness, m.sides)
 
 
-def _measure_board(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
+def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
     measured = measure(smooth, points, labels, params, PROFILE_REACH)
-    if len(measured.points) == 0:
-        return Measured.none()
-    measured = measured.take(np.ones(len(measured.points), bool))
-    return measured.take(board_lines(measured)[measured.labels])
+    return measured.take(np.ones(len(measured.points), bool))
 
 
 def _scouts(edges: EdgePoints, share: float) -> EdgePoints:
