@@ -32,9 +32,9 @@ def main() -> None:
         run([*pip, wheel], home)
         endocal = home / "venv" / "bin" / "endocal"
         run([endocal, "--version"], home)
-        run([endocal, "calibrate", SAMPLES / "board_1.png", "-o", "cal.toml"], home)
+        run([endocal, "calibrate", SAMPLES / "board-1.png", "-o", "cal.toml"], home)
         run([endocal, "correct", SAMPLES / "clip.mp4", "-c", "cal.toml", "-o", "out.mp4"], home)
-        run([endocal, "correct", SAMPLES / "board_1.png", "-c", "cal.toml", "-o", "out.png"], home)
+        run([endocal, "correct", SAMPLES / "board-1.png", "-c", "cal.toml", "-o", "out.png"], home)
         assert (home / "out.mp4").stat().st_size > 0
         assert (home / "out.png").stat().st_size > 0
     print(f"{wheel.name}: installs alone, calibrates and corrects")
