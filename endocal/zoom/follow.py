@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..boundary.circle import Boundary
-from ..boundary.detect import BoundarySpec, boundary_of, locate_boundary
+from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
 from .smooth import DiameterFilter, SmoothingSpec
 from .table import LOOKUPS, ZoomTable
+from .track import ScaleTracker, TrackingSpec
 
 Luma = NDArray[np.uint8] | NDArray[np.uint16]
 
@@ -25,17 +26,21 @@ class FollowSpec:
     """How a zoom is followed.
 
     ``lookup`` is one of LOOKUPS. ``assume_diameter`` (px) holds until a rim is seen, to within
-    ``assumed_sigma`` (relative). A still estimate has to leave ``still`` (relative) before the model
-    changes. Held without any sight of the zoom, the estimate grows less certain by ``drift`` per frame.
+    ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still`` (relative, least and
+    most) before the model changes. Tracked and held estimates grow less certain by ``tracked_drift`` and
+    ``held_drift`` per frame; past ``limit`` the tracking is given up, and the last estimate held.
     """
 
     lookup: str = "auto"
     assume_diameter: float | None = None
     assumed_sigma: float = 0.05
-    still: float = 4e-4
-    drift: float = 2e-3
+    still: tuple[float, float] = (4e-4, 1.5e-3)
+    tracked_drift: float = 1e-3
+    held_drift: float = 2e-3
+    limit: float = 0.05
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
+    tracking: TrackingSpec = field(default_factory=TrackingSpec)
 
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
@@ -65,6 +70,8 @@ class ZoomFollower:
         self._table = table
         self._spec = spec
         self._filter = DiameterFilter(spec.smoothing)
+        self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
+        self._is_tracking = False
         self._last: Boundary | None = None
         self._current: tuple[float, DivisionModel] | None = None
         if spec.assume_diameter is not None:
@@ -85,37 +92,61 @@ class ZoomFollower:
         located = locate_boundary(
             luma, self._table.pixel_aspect, self._spec.boundary, guess=self._last
         )
-        boundary = None if located is None else located.boundary
-        self._last = boundary
-        source = self._advance(boundary, 0.0 if located is None else located.diameter_sigma, time_s)
-        return self._estimate(boundary, source)
+        self._last = None if located is None else located.boundary
+        if self._filter.known and not (self._is_assumed and located is not None):
+            source = self._follow(luma, located)
+        elif located is not None:
+            self._begin(located)
+            source = "rim"
+        else:
+            raise InputError(_nothing_known(time_s))
+        return self._estimate(self._last, source)
 
-    def _advance(self, boundary: Boundary | None, sigma: float, time_s: float | None) -> str:
-        """Take in what this frame showed, and name where the estimate comes from."""
-        state = self._filter
-        if not state.known or (self._is_assumed and boundary is not None):
-            if boundary is None:
-                raise InputError(_nothing_known(time_s))
-            state.restart(boundary.diameter, max(sigma / boundary.diameter, 1e-3))
-            self._is_assumed = False
-            return "rim"
-        if boundary is not None:
+    def _begin(self, located: Located) -> None:
+        """Take the first rim that is seen as it is."""
+        diameter = located.boundary.diameter
+        floor = self._spec.smoothing.floor
+        self._filter.restart(diameter, max(located.diameter_sigma / diameter, floor))
+        self._is_assumed = self._is_tracking = False
+
+    def _follow(self, luma: Luma, located: Located | None) -> str:
+        """Advance by one frame and what it showed, and name where the estimate comes from."""
+        tracked = self._advance(luma, lost=located is None)
+        if located is None:
+            return "given" if self._is_assumed and not tracked else tracked or "held"
+        diameter = located.boundary.diameter
+        if not self._filter.correct(diameter, located.diameter_sigma / diameter):
+            return tracked or "held"
+        self._is_tracking = False
+        return "rim"
+
+    def _advance(self, luma: Luma, lost: bool) -> str:
+        """Predict this frame's diameter from the last; returns "tracked" where the picture told it."""
+        state, spec = self._filter, self._spec
+        if not self._is_tracking:
+            # The speed so far carries over the first frame without a rim; the tracker starts from there.
             state.predict()
-            if state.correct(boundary.diameter, sigma / boundary.diameter):
-                return "rim"
-            return "held"
-        state.stop()
-        state.scale(0.0, self._spec.drift)
-        return "given" if self._is_assumed else "held"
+            if lost:
+                self._tracker.forget()
+                self._tracker.step(luma, self._table, state.diameter)
+                self._is_tracking = True
+            return ""
+        step = None
+        if state.sigma < spec.limit:
+            step = self._tracker.step(luma, self._table, state.diameter)
+        if step is None:
+            state.stop()
+            state.scale(0.0, spec.held_drift)
+            return ""
+        state.scale(step.logarithm, math.hypot(step.sigma, spec.tracked_drift))
+        return "tracked"
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:
-        state = self._filter
+        state, (least, most) = self._filter, self._spec.still
         diameter = state.diameter
         if self._current is not None:
             moved = abs(math.log(diameter / self._current[0]))
-            slack = (
-                self._spec.still / 4 if state.is_moving else max(self._spec.still, 2 * state.sigma)
-            )
+            slack = least / 4 if state.is_moving else min(max(least, 2 * state.sigma), most)
             if moved <= slack:
                 diameter = self._current[0]
         if self._current is None or diameter != self._current[0]:

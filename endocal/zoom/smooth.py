@@ -11,15 +11,15 @@ class SmoothingSpec:
     """How the measured diameters of successive frames are taken together; all figures are relative.
 
     A zoom may change its speed by ``acceleration`` per frame and frame (one standard deviation). A
-    measurement further off than ``gate`` standard deviations, and than ``least_gate``, waits until the next
+    measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
     ones agree with it, so that one false detection moves nothing; ``patience`` says how many must agree on a
-    small jump and on one larger than ``large_jump``. ``floor`` is the least standard deviation of a
-    measurement.
+    small jump and on one larger than ``large_jump``, none faster than ``max_speed`` per frame. ``floor`` is
+    the least standard deviation of a measurement.
     """
 
     acceleration: float = 2e-4
     gate: float = 4.5
-    least_gate: float = 3e-3
+    gates: tuple[float, float] = (3e-3, 1.5e-2)
     patience: tuple[int, int] = (2, 3)
     large_jump: float = 0.08
     max_speed: float = 0.06
@@ -95,7 +95,8 @@ class DiameterFilter:
         innovation = value - self._log
         p00, p01, p11 = self._p
         total = p00 + sigma * sigma
-        if abs(innovation) > max(spec.gate * math.sqrt(total), spec.least_gate):
+        gate = min(max(spec.gate * math.sqrt(total), spec.gates[0]), spec.gates[1])
+        if abs(innovation) > gate:
             return self._wait(value, innovation, sigma)
         self._waiting.clear()
         # The scatter about a still estimate shows what the fit of a single circle cannot know of.
