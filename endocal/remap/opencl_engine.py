@@ -11,6 +11,7 @@ import pyopencl as cl
 from ..errors import DeviceError
 from ..model import DivisionModel
 from .grid import PlaneGrid
+from .opencl_choice import choose_strategy
 from .opencl_device import DeviceSession, choose_device, session
 from .opencl_memory import Planes, SharedPlanes, StagedPlanes
 from .opencl_plane import OpenCLPlane
@@ -19,8 +20,8 @@ from .opencl_plane import OpenCLPlane
 class OpenCLEngine:
     """Resamples frames on one OpenCL device.
 
-    ``strategy`` is ``direct`` (coordinates on the fly), ``baked`` (strips and maps, see OpenCLPlane) or
-    ``auto``: baked on a CPU, direct elsewhere. ``staged`` sends planes through pinned memory, two frames in
+    ``strategy`` is ``direct`` or ``baked``, see OpenCLPlane, or ``auto``: what was measured on the device,
+    else baked on a CPU and direct elsewhere. ``staged`` sends planes through pinned memory, two frames in
     flight; by default that is done where the device has memory of its own.
     """
 
@@ -35,9 +36,7 @@ class OpenCLEngine:
         listed, self.reason = choose_device(device)
         self._session = session(listed)
         self.device_name = self._session.name
-        self.strategy = strategy
-        if strategy == "auto":
-            self.strategy = "baked" if self._session.is_cpu else "direct"
+        self.strategy = choose_strategy(self._session) if strategy == "auto" else strategy
         self.staged = not self._session.shares_memory if staged is None else staged
         count = 2 if self.staged else 1
         self._slots = [
@@ -108,8 +107,7 @@ class _Slot:
     ) -> Planes:
         """Enqueue one frame; returns the memory that it goes through."""
         for plane in self._distinct:
-            plane.set_model(model)
-            plane.prepare(self._queue)
+            plane.set_model(self._queue, model)
         if self._staged is None:
             memory: Planes = SharedPlanes(self._session, self._queue, planes, out)
         else:

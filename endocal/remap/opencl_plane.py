@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pyopencl as cl
 
@@ -14,6 +16,10 @@ from .opencl_mapping import pack_mapping
 # The kernels for a CPU work on so many samples of a row at a time: long enough to hide the loads from the
 # source, short enough to stay in the first-level cache.
 STRIP = 64
+# The most that a curve may be off, source samples: it moves a value of white noise by less than half a
+# level of 8 bits, and where a curve is off by more the kernel works without it.
+_CURVE_ERROR = 1 / 2048
+_CURVE_BYTES = 48  # of struct curve in kernels/curves.cl
 # From the root of the one-parameter model, this many Newton steps reach single precision.
 _NEWTON_STEPS = 6
 # Work-groups of the GPU kernel, samples: a row's neighbours together, so that their loads share lines.
@@ -21,24 +27,15 @@ _GROUP = (32, 8)
 
 _COMMON = ("lanes.cl", "division.cl", "interpolate.cl", "mapping.cl", "anywhere.cl")
 _DIRECT = (*_COMMON, "remap_direct.cl")
-_PLACES = (
-    *_COMMON,
-    "strips.cl",
-    "places.cl",
-    "bake_places.cl",
-    "remap_baked.cl",
-    "remap_strips.cl",
-)
-_TAPS = (*_COMMON, "strips.cl", "taps.cl", "remap_taps.cl")
+_CURVES = (*_COMMON, "strips.cl", "curves.cl", "bake_curves.cl", "blend.cl", "remap_curves.cl")
 
 
 class OpenCLPlane:
     """The mapping of one plane grid on a device, and the kernels that resample planes through it.
 
-    With strategy ``direct`` each work-item resamples one sample at coordinates worked out on the fly. With
-    ``baked`` each takes a row, in strips, and the places of nearest and bilinear samples are baked into a
-    map as soon as a model comes a second time: a zoom that changes with every frame never pays for a map
-    that it would use once. One instance serves one in-order queue.
+    With strategy ``direct`` each work-item resamples one sample, at coordinates worked out on the fly. With
+    ``baked`` each takes a row, along curves that were fitted to the mapping when the model came: that costs
+    a sixth of a frame, so that a zoom may change with every one. An instance serves one in-order queue.
     """
 
     def __init__(
@@ -50,38 +47,30 @@ class OpenCLPlane:
         self._direct = strategy == "direct"
         self._model: DivisionModel | None = None
         self._mapping: cl.Buffer | None = None
-        self._kernels: dict[str, cl.Kernel] = {}
-        self._places: cl.Buffer | None = None
-        self._strips: cl.Buffer | None = None
-        self._frames = 0  # that the present model has served
-        self._baked = False
+        self._curves: cl.Buffer | None = None
+        self._length_log2 = 0
+        program = session.program(_DIRECT if self._direct else _CURVES, self._options())
+        self._remap = cl.Kernel(program, "remap_direct" if self._direct else "remap_curves")
+        self._bake = None if self._direct else cl.Kernel(program, "bake_curves")
 
-    def set_model(self, model: DivisionModel) -> None:
-        """Take a model for the frames that follow."""
+    def set_model(self, queue: cl.CommandQueue, model: DivisionModel) -> None:
+        """Take a model for the frames that follow: enqueue the baking, unless it is the present one."""
         if model == self._model:
             return
-        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
+        context, flags = self._session.context, cl.mem_flags
         # A new buffer, not a write to the old one: kernels on their way may still read that.
-        self._mapping = cl.Buffer(
-            self._session.context, flags, hostbuf=pack_mapping(self._grid, model)
-        )
+        packed = pack_mapping(self._grid, model)
+        self._mapping = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=packed)
         self._model = model
-        self._frames, self._baked = 0, False
-
-    def prepare(self, queue: cl.CommandQueue) -> None:
-        """Enqueue what the next frame needs before its planes: the map, when it is worth baking."""
-        bakes = not self._direct and self._interpolation in ("nearest", "bilinear")
-        if bakes and not self._baked and self._frames > 0:
-            columns, rows = self._grid.output.size
-            count = -(-columns // STRIP) * rows
-            if self._places is None:
-                flags = cl.mem_flags.READ_WRITE
-                self._places = cl.Buffer(self._session.context, flags, count * STRIP * 4)
-                self._strips = cl.Buffer(self._session.context, flags, count * 16)
-            kernel = self._kernel("bake_places")
-            kernel(queue, (rows,), (1,), self._mapping, self._places, self._strips)
-            self._baked = True
-        self._frames += 1
+        if self._bake is None:
+            return
+        rows = self._grid.output.size[1]
+        if self._curves is None:
+            # As many as the shortest curves need, so that any model's fit.
+            count = rows * self._strips * (STRIP // self._session.lanes)
+            self._curves = cl.Buffer(context, flags.READ_WRITE, count * _CURVE_BYTES)
+        self._length_log2 = curve_length_log2(self._grid, model, self._session.lanes)
+        self._bake(queue, (rows,), (1,), self._mapping, *self._map())
 
     def enqueue(
         self,
@@ -95,31 +84,28 @@ class OpenCLPlane:
         planes = (source, np.int32(source_pitch), output, np.int32(output_pitch), self._mapping)
         columns, rows = self._grid.output.size
         if self._direct:
-            whole_groups = (-(-columns // _GROUP[0]) * _GROUP[0], -(-rows // _GROUP[1]) * _GROUP[1])
-            self._kernel("remap_direct")(queue, whole_groups, _GROUP, *planes)
-        elif self._interpolation in ("bicubic", "lanczos"):
-            self._kernel("remap_with_taps")(queue, (rows,), (1,), *planes)
-        elif self._baked:
-            maps = (self._places, self._strips)
-            self._kernel("remap_baked")(queue, (rows,), (1,), *planes, *maps)
+            groups = (-(-columns // _GROUP[0]) * _GROUP[0], -(-rows // _GROUP[1]) * _GROUP[1])
+            self._remap(queue, groups, _GROUP, *planes)
         else:
-            self._kernel("remap_strips")(queue, (rows,), (1,), *planes)
+            self._remap(queue, (rows,), (1,), *planes, *self._map())
 
-    def _kernel(self, name: str) -> cl.Kernel:
-        if name not in self._kernels:
-            files = {"remap_direct": _DIRECT, "remap_with_taps": _TAPS}.get(name, _PLACES)
-            program = self._session.program(files, self._options())
-            self._kernels[name] = cl.Kernel(program, name)
-        return self._kernels[name]
+    @property
+    def _strips(self) -> int:
+        """Strips in a row."""
+        return -(-self._grid.output.size[0] // STRIP)
+
+    def _map(self) -> tuple[cl.Buffer | None, np.int32, np.int32]:
+        """The kernels' arguments that tell of the curves."""
+        in_row = self._strips * (STRIP >> self._length_log2)
+        return self._curves, np.int32(in_row), np.int32(self._length_log2)
 
     def _options(self) -> tuple[str, ...]:
         """The build options; each kernel file says what they mean."""
         plane = self._grid.source
-        taps = TAPS[self._interpolation]
-        run = taps * plane.components * plane.dtype.itemsize
+        run = TAPS[self._interpolation] * plane.components * plane.dtype.itemsize
         values = {
             "WORD": "uchar" if plane.dtype == np.uint8 else "ushort",
-            "BLEND": "ushort" if plane.dtype == np.uint8 else "uint",
+            "WORD_BYTES": plane.dtype.itemsize,
             "RUN": {1: "uchar", 2: "ushort", 3: "uint", 4: "uint"}.get(run, "ulong"),
             "COMPONENTS": plane.components,
             "DEPTH_SHIFT": plane.shift,
@@ -127,5 +113,21 @@ class OpenCLPlane:
             "NEWTON_STEPS": _NEWTON_STEPS,
             "LANES": 1 if self._direct else self._session.lanes,
             "STRIP": STRIP,
+            "CURVE_ERROR": f"{_CURVE_ERROR}f",
         }
         return tuple(f"-D{name}={value}" for name, value in values.items())
+
+
+def curve_length_log2(grid: PlaneGrid, model: DivisionModel, shortest: int) -> int:
+    """Return log2 of the samples in a curve: as long as its error is likely to stay small.
+
+    A cubic over n samples is off by about n^4 f'''' / 3072 of the fourth derivative, and that of a division
+    model is 40 / L^3 at most, L being the radius at which distortion is of the order of 1.
+    """
+    bend = max(math.sqrt(abs(model.lam)), abs(model.lam2) ** 0.25)
+    bend *= max(grid.metric(model))
+    for log2 in range(STRIP.bit_length() - 1, shortest.bit_length() - 1, -1):
+        length = (1 << log2) * (1 + max(abs(s) for s in grid.stretch))
+        if length**4 * 40 * bend**3 / 3072 < _CURVE_ERROR / 2:
+            return log2
+    return shortest.bit_length() - 1

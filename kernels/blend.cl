@@ -1,0 +1,78 @@
+// The values of a strip whose taps all lie inside the plane, by the interpolation.
+
+#if INTERPOLATION == BILINEAR && WORD_BYTES == 1
+// Whole numbers: 8 bits of the fraction along x, so that a product fits 16 bits, and 12 along y.
+static inline MANY(WORD) blend(
+    const strip_of_runs (*runs)[RUNS],   // of the two rows of taps
+    int component,
+    whole x,                             // fraction, in 1 / ONE source sample
+    whole y,                             // fraction, in 1 / ONE source sample
+    float maximum,                       // the largest value; a mean of values never exceeds it
+    int v)                               // vector of the strip
+{
+    const int left = component, right = COMPONENTS + component;
+    const MANY(ushort) fx = TO(ushort, x >> 4), gx = (ushort)256 - fx;
+    const MANY(uint) fy = TO(uint, y), gy = (uint)ONE - fy;
+    const MANY(ushort) top = VALUES(ushort, runs[0], left, v) * gx + VALUES(ushort, runs[0], right, v) * fx;
+    const MANY(ushort) bottom = VALUES(ushort, runs[1], left, v) * gx + VALUES(ushort, runs[1], right, v) * fx;
+    return TO(WORD, (TO(uint, top) * gy + TO(uint, bottom) * fy + (1u << 19)) >> 20);
+}
+#elif INTERPOLATION != NEAREST
+static inline MANY(WORD) blend(
+    const strip_of_runs (*runs)[RUNS],   // of the rows of taps
+    int component,
+    whole x,                             // fraction, in 1 / ONE source sample
+    whole y,                             // fraction, in 1 / ONE source sample
+    float maximum,                       // the largest value that the plane's depth holds
+    int v)                               // vector of the strip
+{
+    real wx[TAPS], wy[TAPS], sum = 0.0f;
+    tap_weights(TO(float, x) * (1.0f / ONE), wx);
+    tap_weights(TO(float, y) * (1.0f / ONE), wy);
+    #pragma unroll
+    for (int b = 0; b < TAPS; ++b) {
+        real line = 0.0f;
+        #pragma unroll
+        for (int a = 0; a < TAPS; ++a)
+            line += wx[a] * TO(float, TO(int, VALUES(uint, runs[b], a * COMPONENTS + component, v) >> DEPTH_SHIFT));
+        sum += wy[b] * line;
+    }
+    const real zero = 0.0f, most = maximum;
+    const real value = sum < zero ? zero : sum > most ? most : sum;
+    return TO(WORD, TO(uint, TO(int, value + 0.5f)) << DEPTH_SHIFT);
+}
+#endif
+
+static void blend_strip(
+    global const WORD *source,       // source plane, from its first sample
+    int source_pitch,                // words from row to row of the source
+    float maximum,                   // the largest value that the plane's depth holds
+    const strip_of_int *offset,      // of each sample's first tap, words
+    const strip_of_int *x,           // fraction, in 1 / ONE source sample
+    const strip_of_int *y,           // fraction, in 1 / ONE source sample
+    global WORD *target,             // the strip in the output plane
+    int count)                       // output samples
+{
+#if INTERPOLATION == NEAREST
+    for (int k = 0; k < count; ++k)
+        for (int c = 0; c < COMPONENTS; ++c)
+            target[k * COMPONENTS + c] = source[offset->each[k] + c];
+#else
+    strip_of_runs runs[TAPS][RUNS];
+    #pragma clang loop vectorize(disable) unroll_count(16 / (TAPS * TAPS) + 1)
+    for (int k = 0; k < STRIP; ++k) {
+        global const WORD *from = source + offset->each[k];
+        #pragma unroll
+        for (int b = 0; b < TAPS; ++b, from += source_pitch)
+            #pragma unroll
+            for (int n = 0; n < RUNS; ++n)
+                runs[b][n].each[k] = load_run(from + n * RUN_WORDS);
+    }
+    for (int c = 0; c < COMPONENTS; ++c) {
+        strip_of_words values;
+        for (int v = 0; v < STRIP / LANES; ++v)
+            values.lanes[v] = blend(runs, c, x->lanes[v], y->lanes[v], maximum, v);
+        put_component(&values, c, target, count);
+    }
+#endif
+}

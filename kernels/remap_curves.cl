@@ -1,0 +1,47 @@
+// Resample one plane along baked curves, strip by strip: one work-item a row.
+
+// Whether a strip's curves all hold and stay inside the plane.
+static inline bool strip_is_inside(
+    global const struct curve *curves,   // of the strip
+    int count)                           // curves in a strip
+{
+    int kinds = 0;
+    for (int n = 0; n < count; ++n)
+        kinds |= curves[n].kind;
+    return kinds == CURVE_INSIDE;
+}
+
+kernel void remap_curves(
+    global const WORD *restrict source,  // source plane, from its first sample
+    const int source_pitch,              // words from row to row of the source
+    global WORD *restrict output,        // output plane, from its first sample
+    const int output_pitch,              // words from row to row of the output
+    constant struct mapping *map,
+    global const struct curve *restrict curves,  // curves_in_row for each row
+    const int curves_in_row,
+    const int length_log2)               // of the output samples in a curve: LANES to STRIP of them
+{
+    const int row = get_global_id(0), samples = 1 << length_log2, in_strip = STRIP >> length_log2;
+    const float scale = 2.0f / (samples - 1);
+    global const struct curve *here = curves + row * curves_in_row;
+    for (int column = 0; column < map->output_width; column += STRIP, here += in_strip) {
+        const int count = min(STRIP, map->output_width - column);
+        global WORD *target = output + (long)row * output_pitch + column * COMPONENTS;
+        if (!strip_is_inside(here, in_strip)) {
+            remap_exact(map, source, source_pitch, target, column, row, count);
+            continue;
+        }
+        strip_of_int offset, x, y;
+        for (int v = 0; v < STRIP / LANES; ++v) {
+            const int first = (v * LANES) & (samples - 1);
+            global const struct curve *curve = here + (v * LANES >> length_log2);
+            const real u = (first + LANE_NUMBERS) * scale - 1.0f;
+            const whole place_x = places(curve->x, u), place_y = places(curve->y, u);
+            const int base = curve->base_y * source_pitch + curve->base_x * COMPONENTS;
+            offset.lanes[v] = base + (place_y >> 12) * source_pitch + (place_x >> 12) * COMPONENTS;
+            x.lanes[v] = place_x & (ONE - 1);
+            y.lanes[v] = place_y & (ONE - 1);
+        }
+        blend_strip(source, source_pitch, map->maximum, &offset, &x, &y, target, count);
+    }
+}
