@@ -22,7 +22,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("calibrate", "zoomtable"),
     "Correct": ("correct",),
     "Look and convert": ("show", "boundary"),
-    "Check and measure": ("synth",),
+    "Check and measure": ("synth", "devices", "bench"),
 }
 
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
