@@ -25,6 +25,9 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "Check and measure": ("synth", "devices", "bench"),
 }
 
+# Set by the shell when it asks for completions; typer answers instead of running anything.
+_COMPLETION = "_ENDOCAL_COMPLETE"
+
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
 
@@ -100,7 +103,7 @@ def _add(app: typer.Typer, panel: str, name: str) -> None:
 
 def _invoke(args: Sequence[str]) -> int:
     """Parse and run; wrong usage comes back as UsageError, everything else as it was raised."""
-    if not args:
+    if not args and _COMPLETION not in os.environ:
         with contextlib.redirect_stdout(sys.stderr):
             _invoke(["--help"])
         return WRONG_USAGE

@@ -94,6 +94,22 @@ def test_no_command_shows_the_help(endocal: Runner) -> None:
     assert "Usage" in result.err
 
 
+@pytest.mark.parametrize(
+    ("line", "completions"),
+    [("endocal sh", {"show"}), ("endocal show --js", {"--json"})],
+)
+def test_the_shell_completes(endocal_process: Runner, line: str, completions: set[str]) -> None:
+    words = line.split()
+    env = {
+        "_ENDOCAL_COMPLETE": "complete_bash",
+        "COMP_WORDS": line,
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    result = endocal_process(env=env)
+    assert result.code == 0
+    assert set(result.out.split()) == completions
+
+
 @pytest.mark.parametrize("option", ["-h", "--help"])
 def test_help_is_exit_0_on_stdout(endocal: Runner, option: str) -> None:
     for args in ([option], ["show", option]):
