@@ -5,33 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from .._version import __version__
-from ..boundary.circle import Boundary
 from ..boundary.content import content_radius
-from ..boundary.detect import find_boundary
-from ..errors import CalibrationError, InputError
+from ..errors import CalibrationError
 from ..model import DivisionModel
-from .content import content_mask
-from .edges import EdgePoints, find_edges, sobel_gradients
-from .fit import Prior, covariance
+from .edges import sobel_gradients
+from .fit import covariance
 from .hough import Voters
 from .measures import measure_named
-from .picture import Grey, Mask, Picture, fields, to_grey
 from .quality import Evidence, judge
-from .refine import Refined, View, best_start, reach_of, refine
+from .refine import Refined, View, best_start, misfit_of_views, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
+from .scene import Image, Scene, look_at
 from .search import Found, Region, search
 from .spec import CalibrationSpec
 from .straightness import Floats, residuals
 
-Image = NDArray[np.uint8] | NDArray[np.uint16]
-
-# Edges are sought on a picture of at most so many pixels; they are measured on the full one.
-MOST_PIXELS = 2_500_000
 # Algorithm 1 votes with at most so many points, drawn evenly; fewer where it only finds a start.
 MOST_VOTERS = 16_000
 MOST_VOTERS_FOR_START = 5_000
@@ -41,24 +32,21 @@ SMALLEST_LAMBDA = -1e-7
 SHORT_OF_FOLD = 0.98
 # A fit's share of residuals within which straightness is told, in robust standard deviations.
 OUTLYING = 5.0
+# A picture whose residual is this many times larger under the common model than under its own is left out.
+OUTLYING_PICTURE = 2.5
 
 
 @dataclass(frozen=True)
-class _Scene:
-    """Everything that is known of the pictures before a model is sought, in square pixels."""
+class Joint:
+    """A calibration of several pictures.
 
-    views: list[View]
-    boundary: Boundary | None
-    size: tuple[int, int]  # of the frame, in its own pixels
-    square_size: tuple[float, float]
-    prior: Prior
-    content: Mask  # of all pictures together
+    ``rms`` px: the straightness of each picture's lines under the common model, None for one left out;
+    ``left_out``: the numbers, from 0, of pictures that do not go with the others.
+    """
 
-    def content_radius(self, center: Floats) -> float:
-        """The distance from ``center`` to the farthest pixel where edges were looked for, px."""
-        y, x = np.nonzero(self.content[::4, ::4])
-        aspect = self.square_size[0] / self.size[0]
-        return float(np.hypot(4 * x * aspect - center[0], 4 * y - center[1]).max())
+    calibration: Calibration
+    rms: tuple[float | None, ...] = ()
+    left_out: tuple[int, ...] = ()
 
 
 def calibrate(
@@ -71,90 +59,45 @@ def calibrate(
     Raises InputError for pictures that cannot be used and CalibrationError where no line is found.
     """
     images = [image] if isinstance(image, np.ndarray) else list(image)
-    scene = _look_at(images, spec)
-    found = _search(scene, spec)
-    if not spec.refine:
-        return _bare(scene, spec, found)
-    return _refined(scene, spec, found)
+    return calibrate_jointly(images, spec).calibration
 
 
-def _look_at(images: Sequence[Image], spec: CalibrationSpec) -> _Scene:
-    if not images:
-        raise InputError("no picture to calibrate from")
-    if len({image.shape[:2] for image in images}) > 1:
-        raise InputError("the pictures differ in size: all must be of one lens at one setting")
-    h, w = images[0].shape[:2]
-    views, boundaries = [], []
-    everywhere = np.zeros((h, w), bool)
-    for number, image in enumerate(images):
-        grey = to_grey(image)
-        boundary = find_boundary(np.rint(grey).astype(np.uint8), spec.pixel_aspect)
-        boundaries.append(boundary)
-        content = content_mask(grey, boundary, spec.pixel_aspect, spec.roi)
-        everywhere |= content
-        for field in fields(grey):
-            edges = _edges(Picture(field, content), spec.pixel_aspect)
-            views.append(View(_square(field, spec.pixel_aspect), edges, number))
-    if sum(len(view.edges) for view in views) < 50:
-        raise CalibrationError(
-            "no edges found: a sharp, evenly lit picture of a chessboard or of straight lines is needed"
-        )
-    views = [view for view in views if len(view.edges) > 0]
-    square = (w * spec.pixel_aspect, float(h))
-    return _Scene(views, _widest(boundaries), (w, h), square, _prior(spec, square), everywhere)
+def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = CalibrationSpec()) -> Joint:
+    """Calibrate as ``calibrate`` does, and tell how each picture went with the others."""
+    scene = look_at(images, spec)
+    while True:
+        found = _search(scene, spec)
+        if not spec.refine:
+            return Joint(_bare(scene, spec, found), (None,) * len(images))
+        refined, content = _refine(scene, spec, found)
+        outlier = _outlier(scene, refined, content)
+        if outlier is None:
+            break
+        scene = replace(scene, views=[v for v in scene.views if v.picture != outlier])
+    used = {view.picture for view in scene.views}
+    rms = tuple(_rms_of(scene, refined, i) if i in used else None for i in range(len(images)))
+    left_out = tuple(i for i in range(len(images)) if i not in used)
+    return Joint(_calibration(scene, spec, found, refined), rms, left_out)
 
 
-def _edges(picture: Picture, pixel_aspect: float) -> EdgePoints:
-    """Edge points in square pixels, sought on a smaller picture where this one is very large."""
-    h, w = picture.grey.shape
-    step = int(np.ceil(np.sqrt(h * w / MOST_PIXELS)))
-    if step > 1:
-        size = (w // step, h // step)
-        grey = cv2.resize(
-            picture.grey[: size[1] * step, : size[0] * step], size, interpolation=cv2.INTER_AREA
-        )
-        picture = Picture(
-            np.asarray(grey, np.float32),
-            picture.content[: size[1] * step : step, : size[0] * step : step],
-        )
-    edges = find_edges(picture)
-    points = (edges.points + 0.5) * step - 0.5
-    gradients = edges.gradients / (pixel_aspect, 1.0)
-    gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
-    return EdgePoints(points * (pixel_aspect, 1.0), gradients)
+def _outlier(scene: Scene, refined: Refined, content: float) -> int | None:
+    """The picture that fits the common model worst, where that is much worse than its own."""
+    pictures = sorted({view.picture for view in scene.views})
+    if len(pictures) < 3:
+        return None
+    reach = reach_of(scene.views, scene.prior.center)
+    misfits = misfit_of_views(refined, reach, scene.prior, content)
+    worst = int(np.argmax(misfits))
+    return scene.views[worst].picture if misfits[worst] > OUTLYING_PICTURE else None
 
 
-def _square(grey: Grey, pixel_aspect: float) -> Grey:
-    """Stretch a picture so that its pixels are square; the first pixel's centre stays in place."""
-    if pixel_aspect == 1:
-        return grey
-    h, w = grey.shape
-    size = (round((w - 1) * pixel_aspect) + 1, h)
-    stretch = np.array([[pixel_aspect, 0, 0], [0, 1, 0]], np.float64)
-    return np.asarray(
-        cv2.warpAffine(grey, stretch, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE),
-        np.float32,
-    )
+def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
+    views = [i for i, view in enumerate(scene.views) if view.picture == picture]
+    own = refined.fit.residuals[np.isin(refined.view, views)]
+    return _rms(own[np.abs(own) < OUTLYING * max(refined.fit.sigma, 0.02)])
 
 
-def _widest(boundaries: Sequence[Boundary | None]) -> Boundary | None:
-    """The boundary seen best; the pictures share one."""
-    seen = [b for b in boundaries if b is not None]
-    return max(seen, key=lambda b: b.visible) if seen else None
-
-
-def _prior(spec: CalibrationSpec, square: tuple[float, float]) -> Prior:
-    """The article's region for the centre, 0.1 W x 0.1 H, as two standard deviations either way."""
-    middle = ((square[0] - 1) / 2, (square[1] - 1) / 2)
-    spread = (square[0] * spec.center_region / 2, square[1] * spec.center_region / 2)
-    if spec.center == "free":
-        return Prior(middle, spread)
-    if isinstance(spec.center, tuple):
-        return Prior((spec.center[0] * spec.pixel_aspect, spec.center[1]), (0.0, 0.0))
-    return Prior(middle, (0.0, 0.0))
-
-
-def _search(scene: _Scene, spec: CalibrationSpec) -> Found:
+def _search(scene: Scene, spec: CalibrationSpec) -> Found:
     """Algorithm 1 over the article's region, lambda bounded by the visible content."""
     reach = reach_of(scene.views, scene.prior.center)
     measure = measure_named(spec.method)
@@ -179,7 +122,7 @@ def _voters(view: View, spec: CalibrationSpec, frame_height: float) -> Voters:
     return Voters.of(edges.points, gradients, frame_height)
 
 
-def _bare(scene: _Scene, spec: CalibrationSpec, found: Found) -> Calibration:
+def _bare(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibration:
     """The search's answer as it is, for comparisons with the article."""
     model = _model(scene, spec, found.params)
     quality = Quality(
@@ -191,42 +134,56 @@ def _bare(scene: _Scene, spec: CalibrationSpec, found: Found) -> Calibration:
     return _with_usable_radius(Calibration(model, None, scene.boundary, quality, _source(spec)))
 
 
-def _refined(scene: _Scene, spec: CalibrationSpec, found: Found) -> Calibration:
+def _refine(scene: Scene, spec: CalibrationSpec, found: Found) -> tuple[Refined, float]:
+    """The refined model, and the radius in px within which a second parameter may not fold it."""
     prior, views = scene.prior, scene.views
     reach = reach_of(views, prior.center)
     start = best_start(views, found.params, reach, prior)
-    refined = None
+    refined, content = None, 0.0
     if start is not None:
-        refined = refine(views, start, reach, prior, second=spec.model == "division2")
+        content = scene.content_radius(start[1:3])
+        refined = refine(views, start, reach, prior, spec.model == "division2", content)
     if refined is None:
         raise CalibrationError(
             "no straight lines found: a sharp picture of a chessboard or of straight lines that fills"
             " the view is needed"
         )
+    return refined, content
+
+
+def _calibration(
+    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined
+) -> Calibration:
     fit = refined.fit
-    sigmas = np.zeros(len(fit.params))
-    sigmas[fit.free] = np.sqrt(np.maximum(np.diag(covariance(fit, refined.measured.labels)), 0))
+    full = np.zeros((len(fit.params), len(fit.params)))
+    full[np.ix_(fit.free, fit.free)] = covariance(fit, refined.measured.labels)
+    sigmas = np.sqrt(np.maximum(np.diag(full), 0))
     model = _model(scene, spec, fit.params)
     uncertainty = Uncertainty(
         float(sigmas[0]),
         (float(sigmas[1]) / spec.pixel_aspect, float(sigmas[2])),
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
-    evidence = _evidence(scene, spec, refined, model, sigmas, found.cost)
+    evidence = _evidence(scene, refined, model, full, found.cost)
     return _with_usable_radius(
         Calibration(model, uncertainty, scene.boundary, judge(evidence), _source(spec))
     )
 
 
 def _evidence(
-    scene: _Scene,
-    spec: CalibrationSpec,
+    scene: Scene,
     refined: Refined,
     model: DivisionModel,
-    sigmas: Floats,
+    covariances: Floats,
     entropy: float,
 ) -> Evidence:
     fit, m = refined.fit, refined.measured
+    radius = float(np.linalg.norm(m.points - fit.params[1:3], axis=1).max())
+    # Two parameters balance each other: what counts is the bending they make together, well outside.
+    mix = np.zeros(len(fit.params))
+    mix[0] = 1.0
+    if len(mix) > 3:
+        mix[3] = 0.5 * radius**2
     inlying = np.abs(fit.residuals) < OUTLYING * max(fit.sigma, 0.02)
     before = residuals(m.points, m.labels, np.array([0.0, *fit.params[1:3]]), sides=m.sides)
     return Evidence(
@@ -235,10 +192,10 @@ def _evidence(
         rms_before=_rms(before[inlying]),
         rms=_rms(fit.residuals[inlying]),
         entropy=entropy,
-        lam=fit.params[0],
-        lam_sigma=float(sigmas[0]),
-        center_sigma=float(np.hypot(sigmas[1], sigmas[2])),
-        reach=float(np.linalg.norm(m.points - fit.params[1:3], axis=1).max()),
+        lam=float(mix @ fit.params),
+        lam_sigma=float(np.sqrt(max(float(mix @ covariances @ mix), 0.0))),
+        center_sigma=float(np.sqrt(max(float(covariances[1, 1] + covariances[2, 2]), 0.0))),
+        reach=radius,
         content_radius=scene.content_radius(fit.params[1:3]),
         fold_radius=model.valid_radius,
         short_side=min(scene.square_size),
@@ -260,7 +217,7 @@ def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def _model(scene: _Scene, spec: CalibrationSpec, params: Floats) -> DivisionModel:
+def _model(scene: Scene, spec: CalibrationSpec, params: Floats) -> DivisionModel:
     return DivisionModel(
         params[0],
         (params[1] / spec.pixel_aspect, params[2]),

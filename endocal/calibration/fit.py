@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from .straightness import Floats, Labels, residuals, two_sided
+from .straightness import LEAST_DENOMINATOR, Floats, Labels, residuals, two_sided
 
 # How far bright areas may seem to grow, px: one standard deviation of what is believed beforehand.
 GROWTH_SPREAD = 0.5
+# What a model pays for folding, against what the prior costs.
+FOLD_PENALTY = 1e3
 
 
 @dataclass(frozen=True)
@@ -59,13 +61,15 @@ def fit_model(
     softness: float,
     sides: Floats | None = None,
     rounds: int = 30,
+    monotonic: float = 0.0,
 ) -> Fit:
     """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
 
     ``radius`` px is the length by which the parameters are scaled; residuals beyond ``softness`` px count
     ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
     leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
-    from both sides; for the others it is one length for all, in px.
+    from both sides; for the others it is one length for all, in px. The two-parameter model is kept from
+    folding within ``monotonic`` px of the centre.
     """
     free = [i for i in range(len(start)) if not (prior.fixed and i in (1, 2))]
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
@@ -86,7 +90,8 @@ def fit_model(
         if not prior.fixed:
             beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
         r = residuals(points, labels, at, weights, sides, growth)
-        return np.concatenate([r, pull * np.array(beliefs)])
+        fold = FOLD_PENALTY * pull * _fold(at, monotonic) if len(at) > 3 else []
+        return np.concatenate([r, pull * np.array(beliefs), fold])
 
     n = len(points)
     x = np.zeros(len(free) + grows)
@@ -106,6 +111,14 @@ def fit_model(
     # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
     plain = np.stack([_slope(misfit, solution.x, i)[:n] for i in range(len(free))], axis=1)
     return Fit(params(solution.x), r, plain / unit, free, robust_sigma(r), softness)
+
+
+def _fold(params: Floats, radius: float) -> Floats:
+    """How far a two-parameter model is from staying positive and monotonic, at some radii: 0 is well."""
+    q = (radius * np.linspace(0.5, 1, 12)) ** 2
+    positive = 1 + q * (params[0] + q * params[3])
+    rising = 1 - q * (params[0] + 3 * q * params[3])
+    return np.maximum(0, LEAST_DENOMINATOR - np.minimum(positive, rising))
 
 
 def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: ignore[no-untyped-def]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .edges import EdgePoints
-from .fit import Fit, Prior, fit_model
+from .fit import Fit, Prior, fit_model, robust_sigma
 from .lines import Grouping, LineSpec, group
 from .pattern import merge_twins, on_board
 from .picture import Grey
@@ -114,9 +114,17 @@ def _same(a: Floats, b: Floats, reach: float) -> bool:
 
 
 def refine(
-    views: Sequence[View], start: Floats, reach: float, prior: Prior, second: bool = False
+    views: Sequence[View],
+    start: Floats,
+    reach: float,
+    prior: Prior,
+    second: bool = False,
+    content: float = 0.0,
 ) -> Refined | None:
-    """Fit the model from ``start``; with ``second``, lam2 too. None where too few lines hold."""
+    """Fit the model from ``start``; with ``second``, lam2 too, monotonic within ``content`` px.
+
+    None where too few lines hold.
+    """
     params, sigma = start, 1.0
     spec = LineSpec(0.0, np.deg2rad(6), FEWEST_POINTS, SHORTEST_SPAN * reach)
     for distance in GROUP_ROUNDS:
@@ -146,15 +154,32 @@ def refine(
         everything, view_of = _joined(parts)
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
-        fit = _fit(everything, params, reach, prior, max(0.1, sigma))
+        fit = _fit(everything, params, reach, prior, max(0.1, sigma), content)
         params, sigma = fit.params, fit.sigma
         lines = [(part.points, part.labels) for part in parts]
-    fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma))
+    fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
     return Refined(fit, everything, view_of, any(board is not None for board in boards))
 
 
-def _fit(m: Measured, start: Floats, reach: float, prior: Prior, softness: float) -> Fit:
-    return fit_model(m.points, m.labels, start, reach, prior, softness, m.sides)
+def _fit(
+    m: Measured, start: Floats, reach: float, prior: Prior, softness: float, content: float
+) -> Fit:
+    return fit_model(m.points, m.labels, start, reach, prior, softness, m.sides, monotonic=content)
+
+
+def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float) -> list[float]:
+    """For each view, its robust residual under the common model over that under one of its own."""
+    out = []
+    for view in range(int(refined.view.max()) + 1):
+        own = refined.view == view
+        if not own.any():
+            out.append(1.0)
+            continue
+        fit, m = refined.fit, refined.measured.take(own)
+        alone = _fit(m, fit.params, reach, prior, fit.softness, content)
+        # Below a tenth of a px a lens is no other lens.
+        out.append(max(robust_sigma(fit.residuals[own]), 0.1) / max(alone.sigma, 0.1))
+    return out
 
 
 def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:

@@ -38,10 +38,11 @@ class Quality:
 
 @dataclass(frozen=True)
 class SourceImage:
-    """A picture that went in: its bare file name and the SHA-256 of its bytes."""
+    """A picture that went in: its bare file name, the SHA-256 of its bytes, its lines' straightness, px."""
 
     file: str
     sha256: str
+    rms: float | None = None
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def command(
     """
     from ..calibration.spec import CalibrationSpec
     from ..files import check_output, save
-    from ..jobs.calibrate import calibrate_files
+    from ..jobs.calibrate import report_files
     from ..jobs.show import as_data
 
     if json and str(output) == "-":
@@ -85,7 +85,10 @@ def command(
         model=model,
         pixel_aspect=pixel_aspect,
     )
-    calibration = calibrate_files(images, spec)
+    report = report_files(images, spec)
+    calibration = report.calibration
+    for path in report.left_out:
+        note(f"note: {path} left out: it does not fit the lens of the other pictures")
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
         names = ", ".join(str(image) for image in images)

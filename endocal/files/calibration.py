@@ -215,7 +215,9 @@ def _write_quality(quality: Quality) -> list[str]:
 def _read_source(section: Section) -> Source:
     images = []
     for image in section.sections("images", f"{section.name('images')}, number"):
-        images.append(SourceImage(image.text("file"), image.text("sha256", "")))
+        images.append(
+            SourceImage(image.text("file"), image.text("sha256", ""), image.number("rms", None))
+        )
         image.close()
     source = Source(
         method=section.text("method", "hewg"),
@@ -228,7 +230,12 @@ def _read_source(section: Section) -> Source:
 
 
 def _write_source(source: Source) -> list[str]:
-    rows = [{"file": w.text(i.file), "sha256": w.text(i.sha256)} for i in source.images]
+    rows = []
+    for image in source.images:
+        row = {"file": w.text(image.file), "sha256": w.text(image.sha256)}
+        if image.rms is not None:
+            row["rms"] = w.number(round(image.rms, 4))
+        rows.append(row)
     return [
         "",
         "[source]",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..calibration.calibrate import calibrate
+from ..calibration.calibrate import calibrate_jointly
 from ..calibration.result import Calibration, Source, SourceImage
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError, InputError
@@ -15,9 +15,24 @@ from ..files import decode_image, read_picture_bytes
 from ..files.names import shown
 
 
+@dataclass(frozen=True)
+class CalibrationReport:
+    """The calibration, and the paths of pictures that were left out as not going with the others."""
+
+    calibration: Calibration
+    left_out: tuple[str, ...] = ()
+
+
 def calibrate_files(
     paths: Sequence[str | Path], spec: CalibrationSpec = CalibrationSpec()
 ) -> Calibration:
+    """Calibrate as ``report_files`` does, and return the calibration alone."""
+    return report_files(paths, spec).calibration
+
+
+def report_files(
+    paths: Sequence[str | Path], spec: CalibrationSpec = CalibrationSpec()
+) -> CalibrationReport:
     """Calibrate from one picture file, or jointly from several of one lens at one zoom setting.
 
     The calibration names its pictures and their SHA-256; its verdict may be "failed". Raises InputError,
@@ -32,12 +47,17 @@ def calibrate_files(
                 f" {images[0].shape[1]}x{images[0].shape[0]}: give pictures of one lens at one setting"
             )
     try:
-        calibration = calibrate(images, spec)
+        joint = calibrate_jointly(images, spec)
     except (InputError, CalibrationError) as error:
         raise type(error)(f"{', '.join(shown(path) for path in paths)}: {error}") from None
-    source = calibration.source or Source()
+    calibration = joint.calibration
     pictures = tuple(
-        SourceImage(Path(path).name, hashlib.sha256(data).hexdigest())
-        for path, data in zip(paths, contents, strict=True)
+        SourceImage(
+            Path(path).name, hashlib.sha256(data).hexdigest(), rms if len(paths) > 1 else None
+        )
+        for number, (path, data, rms) in enumerate(zip(paths, contents, joint.rms, strict=True))
+        if number not in joint.left_out
     )
-    return replace(calibration, source=replace(source, images=pictures))
+    source = replace(calibration.source or Source(), images=pictures)
+    left_out = tuple(str(paths[number]) for number in joint.left_out)
+    return CalibrationReport(replace(calibration, source=source), left_out)

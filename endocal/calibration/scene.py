@@ -1,0 +1,123 @@
+"""Everything that is known of the pictures before a model is sought, in square pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..boundary.circle import Boundary
+from ..boundary.detect import find_boundary
+from ..errors import CalibrationError, InputError
+from .content import content_mask
+from .edges import EdgePoints, find_edges
+from .fit import Prior
+from .picture import Grey, Mask, Picture, fields, to_grey
+from .refine import View
+from .spec import CalibrationSpec
+from .straightness import Floats
+
+Image = NDArray[np.uint8] | NDArray[np.uint16]
+
+# Edges are sought on a picture of at most so many pixels; they are measured on the full one.
+MOST_PIXELS = 2_500_000
+# Fewer edge points than this in all pictures together show no pattern.
+FEWEST_EDGES = 50
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The views of all pictures, and what they share: circle, frame, belief about the centre, content."""
+
+    views: list[View]
+    boundary: Boundary | None
+    size: tuple[int, int]  # of the frame, in its own pixels
+    square_size: tuple[float, float]
+    prior: Prior
+    content: Mask  # of all pictures together
+
+    def content_radius(self, center: Floats) -> float:
+        """The distance from ``center`` to the farthest pixel where edges were looked for, px."""
+        y, x = np.nonzero(self.content[::4, ::4])
+        aspect = self.square_size[0] / self.size[0]
+        return float(np.hypot(4 * x * aspect - center[0], 4 * y - center[1]).max())
+
+
+def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
+    """Find circle, content and edges of each picture; CalibrationError where no edge is seen."""
+    if not images:
+        raise InputError("no picture to calibrate from")
+    if len({image.shape[:2] for image in images}) > 1:
+        raise InputError("the pictures differ in size: all must be of one lens at one setting")
+    h, w = images[0].shape[:2]
+    views, boundaries = [], []
+    everywhere = np.zeros((h, w), bool)
+    for number, image in enumerate(images):
+        grey = to_grey(image)
+        boundary = find_boundary(np.rint(grey).astype(np.uint8), spec.pixel_aspect)
+        boundaries.append(boundary)
+        content = content_mask(grey, boundary, spec.pixel_aspect, spec.roi)
+        everywhere |= content
+        for field in fields(grey):
+            edges = _edges(Picture(field, content), spec.pixel_aspect)
+            views.append(View(_square(field, spec.pixel_aspect), edges, number))
+    if sum(len(view.edges) for view in views) < FEWEST_EDGES:
+        raise CalibrationError(
+            "no edges found: a sharp, evenly lit picture of a chessboard or of straight lines is needed"
+        )
+    views = [view for view in views if len(view.edges) > 0]
+    square = (w * spec.pixel_aspect, float(h))
+    return Scene(views, _widest(boundaries), (w, h), square, _prior(spec, square), everywhere)
+
+
+def _edges(picture: Picture, pixel_aspect: float) -> EdgePoints:
+    """Edge points in square pixels, sought on a smaller picture where this one is very large."""
+    h, w = picture.grey.shape
+    step = int(np.ceil(np.sqrt(h * w / MOST_PIXELS)))
+    if step > 1:
+        size = (w // step, h // step)
+        grey = cv2.resize(
+            picture.grey[: size[1] * step, : size[0] * step], size, interpolation=cv2.INTER_AREA
+        )
+        picture = Picture(
+            np.asarray(grey, np.float32),
+            picture.content[: size[1] * step : step, : size[0] * step : step],
+        )
+    edges = find_edges(picture)
+    points = (edges.points + 0.5) * step - 0.5
+    gradients = edges.gradients / (pixel_aspect, 1.0)
+    gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
+    return EdgePoints(points * (pixel_aspect, 1.0), gradients)
+
+
+def _square(grey: Grey, pixel_aspect: float) -> Grey:
+    """Stretch a picture so that its pixels are square; the first pixel's centre stays in place."""
+    if pixel_aspect == 1:
+        return grey
+    h, w = grey.shape
+    size = (round((w - 1) * pixel_aspect) + 1, h)
+    stretch = np.array([[pixel_aspect, 0, 0], [0, 1, 0]], np.float64)
+    return np.asarray(
+        cv2.warpAffine(grey, stretch, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE),
+        np.float32,
+    )
+
+
+def _widest(boundaries: Sequence[Boundary | None]) -> Boundary | None:
+    """The boundary seen best; the pictures share one."""
+    seen = [b for b in boundaries if b is not None]
+    return max(seen, key=lambda b: b.visible) if seen else None
+
+
+def _prior(spec: CalibrationSpec, square: tuple[float, float]) -> Prior:
+    """The article's region for the centre, 0.1 W x 0.1 H, as two standard deviations either way."""
+    middle = ((square[0] - 1) / 2, (square[1] - 1) / 2)
+    spread = (square[0] * spec.center_region / 2, square[1] * spec.center_region / 2)
+    if spec.center == "free":
+        return Prior(middle, spread)
+    if isinstance(spec.center, tuple):
+        return Prior((spec.center[0] * spec.pixel_aspect, spec.center[1]), (0.0, 0.0))
+    return Prior(middle, (0.0, 0.0))
