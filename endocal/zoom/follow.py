@@ -105,8 +105,9 @@ class ZoomFollower:
     def _begin(self, located: Located) -> None:
         """Take the first rim that is seen as it is."""
         diameter = located.boundary.diameter
-        floor = self._spec.smoothing.floor
-        self._filter.restart(diameter, max(located.diameter_sigma / diameter, floor))
+        smoothing = self._spec.smoothing
+        sigma = max(located.diameter_sigma / diameter, smoothing.floor)
+        self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
         self._is_assumed = self._is_tracking = False
 
     def _follow(self, luma: Luma, located: Located | None) -> str:

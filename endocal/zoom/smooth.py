@@ -61,11 +61,13 @@ class DiameterFilter:
         """Say whether the speed is told from none."""
         return abs(self._speed) > 3 * math.sqrt(self._p[2])
 
-    def restart(self, diameter: float, sigma: float, speed: float = 0.0) -> None:
-        """Begin anew at a diameter, px, known to ``sigma`` (relative)."""
-        self._log, self._speed = math.log(diameter), speed
-        # Both ends of the speed's baseline are one measurement each.
-        self._p = (sigma * sigma, sigma * sigma, 2 * sigma * sigma + self._spec.acceleration**2)
+    def restart(self, diameter: float, sigma: float, speed_sigma: float = 0.0) -> None:
+        """Begin anew, standing still, at a diameter, px, known to ``sigma`` (relative).
+
+        ``speed_sigma`` is what may be expected of its speed, relative per frame.
+        """
+        self._log, self._speed = math.log(diameter), 0.0
+        self._p = (sigma * sigma, 0.0, speed_sigma * speed_sigma)
         self._waiting.clear()
 
     def predict(self) -> None:
@@ -115,6 +117,9 @@ class DiameterFilter:
         needed = spec.patience[abs(innovation) > spec.large_jump]
         if len(self._waiting) < needed:
             return False
-        speed = value - self._waiting[-2]
-        self.restart(math.exp(value), sigma, speed)
+        self._log, self._speed = value, value - self._waiting[-2]
+        # The speed is the difference of two measurements, of which one is the value.
+        variance = sigma * sigma
+        self._p = (variance, variance, 2 * variance + spec.acceleration**2)
+        self._waiting.clear()
         return True

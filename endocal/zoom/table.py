@@ -120,19 +120,22 @@ class ZoomTable:
     def _check_law(self) -> None:
         departures = self.law.departures
         worst = max(range(len(departures)), key=lambda i: abs(departures[i]))
-        if abs(departures[worst]) > _MAX_DEPARTURE:
-            raise InputError(
-                f"the setting at diameter {self.settings[worst].diameter:g} px departs by"
-                f" {departures[worst]:+.0%} from the law lambda * diameter^2 = constant: is it the same"
-                " lens? calibrate that setting again or leave it out"
-            )
+        if abs(departures[worst]) <= _MAX_DEPARTURE:
+            return
+        # Of two settings, either may be the wrong one.
+        named = self.settings if len(departures) == 2 else (self.settings[worst],)
+        diameters = " and ".join(f"{s.diameter:g}" for s in named)
+        raise InputError(
+            f"the law lambda * diameter^2 = constant is broken by {abs(departures[worst]):.0%} at diameter"
+            f" {diameters} px: is it the same lens? calibrate again there or leave it out"
+        )
 
     @cached_property
     def law(self) -> Law:
         """The law's constant (the median over the settings) and the departures from it."""
         strengths = [s.strength for s in self.settings]
         constant = _median(strengths)
-        scale = max(abs(constant), _WEAKEST_LAW)
+        scale = math.copysign(max(abs(constant), _WEAKEST_LAW), constant)
         departures = tuple((k - constant) / scale for k in strengths)
         spread = math.sqrt(sum(d * d for d in departures) / len(departures))
         return Law(constant, spread, departures, _outlier(departures))

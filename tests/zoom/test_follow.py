@@ -1,0 +1,147 @@
+"""Following the zoom through small clips whose zoom is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import cv2
+import numpy as np
+import pytest
+
+from endocal.benchmarks.rim_frames import texture
+from endocal.errors import InputError
+from endocal.zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
+from endocal.zoom.table import LOOKUPS, Setting, ZoomTable
+
+SIZE = (480, 360)
+MIDDLE = (241.0, 178.0)
+STRENGTH = -1.3
+TABLE = ZoomTable(
+    tuple(Setting(STRENGTH / d**2, MIDDLE, d, 60000 + 100 * d) for d in (280.0, 360.0, 480.0)), SIZE
+)
+SCENE = (40 + 200 * texture(np.random.default_rng(8), (1000, 750), 1.2)).astype(np.uint8)
+
+
+def frame(diameter: float, seed: int = 0, noise: float = 2.0) -> np.ndarray:
+    """A still scene and its circle, magnified together."""
+    scale = diameter / 400
+    shift = (MIDDLE[0] - scale * 500, MIDDLE[1] - scale * 375)
+    matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
+    scene = cv2.warpAffine(SCENE, matrix, SIZE, flags=cv2.INTER_AREA).astype(np.float64)
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    scene *= np.clip(diameter / 2 - np.hypot(x - MIDDLE[0], y - MIDDLE[1]) + 0.5, 0, 1)
+    scene += 5 + np.random.default_rng(seed).normal(0, noise, scene.shape)
+    return np.clip(np.rint(scene), 0, 255).astype(np.uint8)
+
+
+def follow(follower: ZoomFollower, frames: Iterable[np.ndarray]) -> Iterator[ZoomEstimate]:
+    for index, image in enumerate(frames):
+        yield follower.update(image, index / 25)
+
+
+def test_a_still_clip_with_noise_gives_a_still_lambda() -> None:
+    found = list(follow(ZoomFollower(TABLE), (frame(330, seed, 6.0) for seed in range(60))))
+    lam = np.array([e.model.lam for e in found])
+    assert lam.std() / abs(lam.mean()) <= 0.002
+    assert lam.mean() == pytest.approx(STRENGTH / 330**2, rel=0.005)
+    # So still that the remapper hardly ever has to bake anew.
+    assert len({id(e.model) for e in found}) <= 6
+    assert all(e.source == "rim" for e in found)
+
+
+@pytest.mark.parametrize("lookup", LOOKUPS)
+def test_a_zoom_is_followed_frame_by_frame(lookup: str) -> None:
+    diameters = 300 * np.exp(0.01 * np.arange(40))
+    follower = ZoomFollower(TABLE, FollowSpec(lookup=lookup))
+    found = list(follow(follower, (frame(d, i) for i, d in enumerate(diameters))))
+    errors = [math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)]
+    # A frame late is 1 %; the first frames may be two late.
+    assert np.abs(errors[:3]).max() <= 0.021
+    assert np.abs(errors[3:]).max() <= 0.003
+
+
+def test_beyond_the_rim_the_picture_tells_the_zoom_until_the_rim_is_back() -> None:
+    out = 400 * np.exp(np.concatenate([[0] * 5, 0.015 * np.arange(50), [0.75] * 20]))
+    diameters = np.concatenate([out, out[::-1]])
+    found = list(follow(ZoomFollower(TABLE), (frame(d, i) for i, d in enumerate(diameters))))
+    diagonal = math.hypot(*SIZE)
+    seen = diameters < 0.9 * diagonal
+    gone = diameters > 1.03 * diagonal
+    assert gone.sum() > 60
+    errors = np.array(
+        [e.model.lam * d**2 / STRENGTH - 1 for e, d in zip(found, diameters, strict=True)]
+    )
+    assert np.median(np.abs(errors[seen])) <= 0.01
+    assert np.percentile(np.abs(errors[seen]), 95) <= 0.03
+    assert np.percentile(np.abs(errors[gone]), 95) <= 0.05
+    sources = np.array([e.source for e in found])
+    # Where the zoom sets in, one measurement has to wait for the next.
+    assert (sources[seen] == "rim").mean() > 0.9
+    assert set(sources[gone]) <= {"tracked", "held"}
+    assert (sources[gone] == "tracked").mean() > 0.9
+    doubt = np.array([e.relative_uncertainty for e in found])
+    assert (np.diff(doubt[gone]) > 0).all()
+    assert sources[-1] == "rim"
+    assert doubt[-1] < 0.002
+
+
+def test_one_dark_frame_and_one_false_circle_move_nothing() -> None:
+    images = [frame(330, i) for i in range(30)]
+    images[12] = np.full_like(images[12], 6)
+    images[20] = frame(250, 20)
+    found = list(follow(ZoomFollower(TABLE), images))
+    diameters = np.array([e.diameter for e in found])
+    assert diameters == pytest.approx(np.full(30, 330.0), rel=0.002)
+    assert found[12].source == found[20].source == "held"
+    assert {e.source for i, e in enumerate(found) if i not in (12, 20)} == {"rim"}
+
+
+def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
+    images = [frame(330, i) for i in range(5)] + [np.full((360, 480), 6, np.uint8)] * 30
+    found = list(follow(ZoomFollower(TABLE), images))
+    assert {e.source for e in found[5:]} == {"held"}
+    assert found[-1].diameter == pytest.approx(330, rel=0.003)
+    doubt = [e.relative_uncertainty for e in found[5:]]
+    assert (np.diff(doubt) > 0).all()
+    assert doubt[-1] > 5 * doubt[0]
+
+
+def test_past_a_limit_of_doubt_tracking_becomes_holding() -> None:
+    follower = ZoomFollower(TABLE, FollowSpec(limit=0.01))
+    diameters = [500.0] * 5 + [650.0] * 5 + [620.0] * 140
+    images = [frame(d, i % 7) for i, d in enumerate(diameters)]
+    sources = [e.source for e in follow(follower, images)]
+    assert sources[4] == "rim"
+    assert sources[-1] == "held"
+    assert "tracked" in sources
+    assert sources.index("tracked") < len(sources) - 1 - sources[::-1].index("held")
+
+
+def test_without_any_rim_the_zoom_is_not_guessed() -> None:
+    with pytest.raises(InputError, match=r"3\.20 s.*--assume-diameter"):
+        ZoomFollower(TABLE).update(frame(900), 3.2)
+
+
+def test_an_assumed_diameter_holds_until_a_rim_is_seen() -> None:
+    follower = ZoomFollower(TABLE, FollowSpec(assume_diameter=700))
+    hidden = [frame(900, i) for i in range(4)]
+    seen = [frame(400, i) for i in range(4)]
+    found = list(follow(follower, hidden + seen))
+    assert found[0].source == "given"
+    assert found[0].diameter == pytest.approx(700)
+    assert found[3].relative_uncertainty >= 0.05
+    assert found[4].source == "rim"
+    assert found[4].diameter == pytest.approx(400, rel=0.002)
+
+
+def test_frames_of_another_size_are_refused() -> None:
+    with pytest.raises(InputError, match="480x360, not 240x180"):
+        ZoomFollower(TABLE).update(np.zeros((180, 240), np.uint8))
+
+
+def test_deep_frames_are_followed_as_well() -> None:
+    found = list(
+        follow(ZoomFollower(TABLE), (frame(330, i).astype(np.uint16) << 2 for i in range(5)))
+    )
+    assert found[-1].diameter == pytest.approx(330, rel=0.002)

@@ -1,0 +1,81 @@
+"""The diameter over time: still, in a zoom, and with false detections."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endocal.zoom.smooth import DiameterFilter
+
+SIGMA = 1e-3
+
+
+def run(diameters: np.ndarray, sigma: float = SIGMA) -> np.ndarray:
+    """The estimates for measured diameters, one a frame."""
+    state = DiameterFilter()
+    out = []
+    for d in diameters:
+        if not state.known:
+            state.restart(float(d), sigma)
+        else:
+            state.predict()
+            state.correct(float(d), sigma)
+        out.append(state.diameter)
+    return np.array(out)
+
+
+def noisy(diameters: np.ndarray, seed: int = 0, sigma: float = SIGMA) -> np.ndarray:
+    return diameters * np.exp(np.random.default_rng(seed).normal(0, sigma, len(diameters)))
+
+
+def test_a_still_diameter_gets_stiller() -> None:
+    estimates = run(noisy(np.full(300, 600.0)))[20:]
+    assert np.std(np.log(estimates)) < 0.75 * SIGMA
+
+
+@pytest.mark.parametrize("speed", [0.002, 0.01, 0.03, -0.01])
+def test_a_steady_zoom_is_followed_without_lag(speed: float) -> None:
+    n = 60
+    truth = 400 * np.exp(speed * np.arange(n))
+    estimates = run(noisy(truth))[10:]
+    lag = np.mean(np.log(truth[10:] / estimates)) / speed
+    # Half a frame of lag is half a frame's zoom; noise moves the mean of fifty by less than that.
+    assert abs(lag) < 0.5
+
+
+@pytest.mark.parametrize("speed", [0.005, 0.012, 0.03])
+def test_a_zoom_that_sets_in_at_once_is_two_frames_late_at_most(speed: float) -> None:
+    truth = 500 * np.exp(speed * np.maximum(np.arange(80) - 40, 0))
+    estimates = run(noisy(truth, sigma=2e-4), sigma=2e-4)
+    late = np.log(truth / estimates) / speed
+    assert late.max() <= 2.1
+
+
+@given(factor=st.floats(0.3, 3).filter(lambda f: abs(np.log(f)) > 0.02), at=st.integers(30, 55))
+def test_one_false_detection_moves_nothing(factor: float, at: int) -> None:
+    clean = noisy(np.full(60, 600.0))
+    wrong = clean.copy()
+    wrong[at] *= factor
+    without = run(clean)
+    assert np.abs(np.log(run(wrong) / without)).max() < 2 * SIGMA
+
+
+def test_a_real_jump_is_believed_after_three_frames() -> None:
+    truth = np.where(np.arange(60) < 30, 600.0, 900.0)
+    estimates = run(noisy(truth))
+    assert estimates[29] == pytest.approx(600, rel=0.01)
+    assert estimates[32:] == pytest.approx(np.full(28, 900), rel=0.01)
+
+
+def test_the_stated_uncertainty_is_that_of_the_estimates() -> None:
+    state = DiameterFilter()
+    rng = np.random.default_rng(3)
+    errors = []
+    state.restart(600.0, SIGMA)
+    for _ in range(500):
+        state.predict()
+        state.correct(600 * float(np.exp(rng.normal(0, SIGMA))), SIGMA)
+        errors.append(np.log(state.diameter / 600) / state.sigma)
+    assert 0.5 < np.std(errors) < 1.5
