@@ -137,10 +137,10 @@ class _Bench:
         remapper = self._remapper(pix_fmt, interpolation)
         planes, out = self._frame(pix_fmt), remapper.output_layout.empty()
         layout = remapper.output_layout.planes[0]
-        image = planes[0]
+        image: Any = planes[0]
         if layout.components > 1:
             image = image.reshape(*layout.size[::-1], layout.components)
-        maps: Sequence[np.ndarray] = self._maps(pix_fmt)
+        maps: Any = self._maps(pix_fmt)
         if "fixed" in peer:
             maps = cv2.convertMaps(*maps, cv2.CV_16SC2)
         flag, target = _CV2[interpolation], np.empty_like(image)

@@ -90,8 +90,8 @@ class FrameRemapper:
     ) -> Pending:
         """Start on one frame and return while it is on its way; ``wait`` on the result for ``out``.
 
-        As ``apply``; the arrays must be left alone until then, and at most two frames may be on their way,
-        waited for in the order of their submission.
+        As ``apply``; the arrays must be left alone until then. A device with memory of its own works on
+        two frames at a time, so that one's transfer overlaps the other's resampling.
         """
         if model.size != self.layout.size:
             raise InputError(

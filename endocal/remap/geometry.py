@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -106,8 +107,8 @@ def _output_size(
         raise UsageError("--size and --scale exclude each other")
     if size is None:
         factor = 1.0 if scale is None else scale
-        if not factor > 0:
-            raise UsageError(f"the scale {factor:g} is not positive")
+        if not 0 < factor < math.inf:
+            raise UsageError(f"the scale {factor:g} is no positive number")
         sides = (factor * model.size[0] * model.pixel_aspect / aspect, factor * model.size[1])
         if max(sides) < MAX_SIDE + 0.5:
             sides = (max(1, round(sides[0])), max(1, round(sides[1])))

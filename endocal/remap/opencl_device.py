@@ -76,21 +76,27 @@ def choose_device(name: str) -> tuple[ListedDevice, str]:
     devices = list_devices()
     if not devices:
         raise DeviceError(f"no OpenCL device was found: {_INSTALL}")
-    wanted = os.environ.get("PYOPENCL_CTX", "") if name == "auto" else name
-    if not wanted:
-        return _best(devices)
-    reason = "named by PYOPENCL_CTX" if name == "auto" else "named"
-    for entry in devices:
-        if name == "auto" and _answers(wanted, entry):
-            return entry, reason
-        if name != "auto" and name in (entry.address, entry.name):
-            return entry, reason
-    for entry in devices:
-        if name != "auto" and name.lower() in f"{entry.device.platform.name} {entry.name}".lower():
-            return entry, reason
+    if name == "auto":
+        answers = os.environ.get("PYOPENCL_CTX", "")
+        if not answers:
+            return _best(devices)
+        fitting = [entry for entry in devices if _answers(answers, entry)]
+        asked, reason = f"PYOPENCL_CTX={answers}", "named by PYOPENCL_CTX"
+    else:
+        fitting = [entry for entry in devices if name in (entry.address, entry.name)]
+        fitting += [entry for entry in devices if _is_part(name, entry)]
+        asked, reason = repr(name), "named"
+    if fitting:
+        return fitting[0], reason
     known = ", ".join(f"{entry.address} ({entry.name})" for entry in devices)
-    origin = f"PYOPENCL_CTX={wanted}" if name == "auto" else repr(name)
-    raise DeviceError(f"no OpenCL device matches {origin}; there are {known}, and numpy")
+    raise DeviceError(f"no OpenCL device matches {asked}; there are {known}, and numpy")
+
+
+def _is_part(name: str, entry: ListedDevice) -> bool:
+    """Whether a name is part of the platform's and the device's; digits alone name nothing."""
+    return (
+        not name.isdigit() and name.lower() in f"{entry.device.platform.name} {entry.name}".lower()
+    )
 
 
 def _best(devices: list[ListedDevice]) -> tuple[ListedDevice, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
@@ -50,12 +51,15 @@ class OpenCLEngine:
     ) -> Pending:
         """Start on one frame; ``out`` is written when the result's ``wait`` has returned.
 
-        ``planes`` and ``out`` must stay as they are until then. At most 2 frames can be on their way.
+        ``planes`` and ``out`` must stay as they are until then.
         """
         slot = self._slots[self._next]
         self._next = (self._next + 1) % len(self._slots)
+        if slot.pending is not None and slot.is_staged:
+            slot.pending.wait()  # its memory is needed
         with self._errors():
-            return Pending(slot.start(model, planes, out), self._errors)
+            slot.pending = Pending(slot.start(model, planes, out), self._errors)
+        return slot.pending
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -70,13 +74,16 @@ class Pending:
     """A frame on its way."""
 
     def __init__(self, planes: Planes, errors: Callable[[], AbstractContextManager[None]]) -> None:
-        self._planes = planes
+        self._planes: Planes | None = planes
         self._errors = errors
+        self._lock = threading.Lock()
 
     def wait(self) -> None:
         """Return when the output planes are written; raises DeviceError where the device failed."""
-        with self._errors():
-            self._planes.finish()
+        with self._lock, self._errors():
+            if self._planes is not None:
+                self._planes.finish()
+            self._planes = None
 
 
 class _Slot:
@@ -101,6 +108,12 @@ class _Slot:
             if staged
             else None
         )
+        self.pending: Pending | None = None
+
+    @property
+    def is_staged(self) -> bool:
+        """Whether frames go through memory of the slot's own."""
+        return self._staged is not None
 
     def start(
         self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]

@@ -56,4 +56,6 @@ def squared_reach(model: DivisionModel) -> float:
     q = limit * limit
     denominator = 1 + q * (model.lam + q * model.lam2)
     # At the pole of a barrel distortion the denominator is 0 but for rounding, and every radius is reached.
-    return q / denominator**2 if denominator > 1e-9 else math.inf
+    reach = q / denominator**2 if denominator > 1e-9 else math.inf
+    # What single precision cannot hold is everywhere too.
+    return reach if reach < np.finfo(np.float32).max else math.inf

@@ -77,18 +77,23 @@ class Remapper:
             raise InputError(
                 f"out is {result.dtype} {result.shape}; it must be {image.dtype} {shape}"
             )
-        remapper.apply(self.model, [_rows(image)], [_rows(result)])
+        target = result if _is_packed(result) else np.empty_like(result, order="C")
+        source = image if _is_packed(image) else np.ascontiguousarray(image)
+        remapper.apply(self.model, [_rows(source)], [_rows(target)])
+        if target is not result:
+            np.copyto(result, target)
         return result
 
 
+def _is_packed(image: np.ndarray) -> bool:
+    """Whether the words of a picture's rows lie side by side in memory."""
+    n = image.shape[2] if image.ndim == 3 else 1
+    return image.ndim == 2 or image.strides[1:] == (n * image.itemsize, image.itemsize)
+
+
 def _rows(image: np.ndarray) -> np.ndarray:
-    """View a picture as one plane, (rows, columns * channels)."""
+    """View a packed picture as one plane, (rows, columns * channels)."""
     if image.ndim == 2:
         return image
     h, w, n = image.shape
-    step = image.itemsize
-    if image.strides[1:] != (n * step, step):
-        raise InputError(
-            "the picture's pixels do not lie side by side in memory; make a contiguous copy"
-        )
-    return np.lib.stride_tricks.as_strided(image, (h, w * n), (image.strides[0], step))
+    return np.lib.stride_tricks.as_strided(image, (h, w * n), (image.strides[0], image.itemsize))
