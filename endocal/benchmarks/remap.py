@@ -142,11 +142,11 @@ class _Bench:
             image = image.reshape(*layout.size[::-1], layout.components)
         maps: Any = self._maps(pix_fmt)
         if "fixed" in peer:
-            maps = cv2.convertMaps(*maps, cv2.CV_16SC2)
+            maps = cv2.convertMaps(maps[0], maps[1], cv2.CV_16SC2)
         flag, target = _CV2[interpolation], np.empty_like(image)
 
         def peers() -> None:
-            cv2.remap(image, *maps, flag, target, cv2.BORDER_CONSTANT)
+            cv2.remap(image, maps[0], maps[1], flag, target, cv2.BORDER_CONSTANT)
 
         work = f"{pix_fmt}, {interpolation}"
         return _Pair(work, lambda: remapper.apply(self._model, planes, out), peer, peers)
