@@ -6,7 +6,9 @@ import contextlib
 import importlib
 import re
 import runpy
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,6 +28,21 @@ def test_every_command_is_in_the_readme() -> None:
     for names in COMMANDS.values():
         for name in names:
             assert f"endocal {name}" in readme, name
+
+
+def test_the_readme_is_right_about_python(
+    sample_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("board-2.png", "zoom.truth.toml"):
+        shutil.copy(sample_data / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        names: dict[str, Any] = {}
+        exec(block, names)
+        assert names["corrected"].shape == names["picture"].shape
+        assert names["calibration"].quality.verdict == "good"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
