@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test lint format sample-data docs package clean
+.PHONY: help install demo test lint format bench sample-data docs package clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -34,6 +34,9 @@ lint: $(INSTALLED) ## Check style and types
 format: $(INSTALLED) ## Bring the code into shape
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+bench: $(INSTALLED) ## Time endocal beside its peers, in the same run
+	$(BIN)/endocal bench remap
 
 sample-data: $(INSTALLED) ## Make sample_data/ anew (the same bytes each time)
 	$(BIN)/python sample_data/make.py
