@@ -8,7 +8,6 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from test_conformance import ENGINES, make_engine
 
 from endocal.errors import InputError, UsageError
 from endocal.model import DivisionModel
@@ -16,6 +15,7 @@ from endocal.remap.engine import FrameRemapper
 from endocal.remap.geometry import OutputGeometry, output_geometry
 from endocal.remap.layout import frame_layout
 from tests.remap.cases import CASES, FORMATS, INTERPOLATIONS, noise
+from tests.remap.test_conformance import ENGINES, make_engine
 
 sizes = st.tuples(st.integers(1, 90), st.integers(1, 40))
 shares = st.tuples(st.floats(-1, 2), st.floats(-1, 2))
