@@ -13,6 +13,8 @@ from .straightness import LEAST_DENOMINATOR, Floats, Labels, residuals, two_side
 GROWTH_SPREAD = 0.5
 # What a model pays for folding, against what the prior costs.
 FOLD_PENALTY = 1e3
+# Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
+LAMBDA_RANGE = (-3.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,7 @@ def fit_model(
         loss="cauchy",
         f_scale=softness,
         x_scale="jac",
+        bounds=_bounds(start[free] / unit, len(x)),
         xtol=1e-7,
         ftol=1e-9,
         max_nfev=rounds,
@@ -111,6 +114,13 @@ def fit_model(
     # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
     plain = np.stack([_slope(misfit, solution.x, i)[:n] for i in range(len(free))], axis=1)
     return Fit(params(solution.x), r, plain / unit, free, robust_sigma(r), softness)
+
+
+def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
+    """Bounds of the solver's variables, steps in units from ``start``: those of lambda."""
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    low[0], high[0] = LAMBDA_RANGE[0] - start[0], LAMBDA_RANGE[1] - start[0]
+    return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
 
 
 def _fold(params: Floats, radius: float) -> Floats:

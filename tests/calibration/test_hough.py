@@ -1,0 +1,131 @@
+"""The vote map's entropy: against the article's equations written down plainly, and on edges that are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endocal.benchmarks import plain_hewg
+from endocal.calibration.hough import ANGLES, Voters, hewg
+from endocal.model import DivisionModel
+
+SIZE = (720, 540)
+TRUTH = DivisionModel(-3e-6, (366.0, 262.0), SIZE)
+
+
+def edges_on_lines(
+    model: DivisionModel, count: int = 14, samples: int = 300
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distorted points on straight lines, half of them each way, and their gradients, (n, 2) each."""
+    reach = np.linalg.norm(model.undistort(np.array([0.0, 0.0])) - model.center)
+    points, gradients = [], []
+    for i in range(count):
+        # Off the cells' borders, so that rounding moves no vote.
+        phi = np.deg2rad(20.4 if i % 2 else 110.4)
+        normal = np.array([np.cos(phi), np.sin(phi)])
+        offset = 41.0 * (i // 2 - count // 4) + 1.0
+        along = np.linspace(-0.9, 0.9, samples)[:, None] * reach
+        line = model.center + offset * normal + along * np.array([-normal[1], normal[0]])
+        seen = model.distort(line)
+        inside = np.all((seen >= 0) & (seen <= np.array(SIZE) - 1), axis=1)
+        points.append(seen[inside])
+        gradients.append(distorted_gradient(model, seen[inside], normal))
+    return np.concatenate(points), np.concatenate(gradients)
+
+
+def distorted_gradient(model: DivisionModel, points: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """The normal of an undistorted line, seen in the distorted picture: the Jacobian transposed."""
+    g = np.einsum("...ji,j->...i", model.jacobian(points), normal)
+    return g / np.linalg.norm(g, axis=-1, keepdims=True)
+
+
+@given(st.integers(0, 2**31), st.floats(-0.9, 0.5))
+def test_it_is_the_entropy_of_the_article(seed: int, strength: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((0, 0), SIZE, (400, 2))
+    angles = rng.uniform(0, 2 * np.pi, 400)
+    gradients = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    voters = Voters.of(points, gradients, SIZE[1])
+    lams = np.array([strength, strength / 3]) / 500**2
+    xs, ys = np.array([340.0, 365.0]), np.array([262.0, 275.0])
+    found = hewg(voters, lams, xs, ys)
+    plain = plain_hewg.grid(points, gradients, voters.step, lams, xs, ys)
+    # Rounding to float32 may move a few votes over a cell's border, each by 2 ln 2 / n at most when the
+    # cells hold one or two votes.
+    assert found == pytest.approx(plain, abs=6 * 2 * np.log(2) / len(points))
+
+
+def test_the_vote_of_an_edge_point_does_not_depend_on_which_side_is_bright() -> None:
+    points, gradients = edges_on_lines(TRUTH)
+    turned = gradients * np.random.default_rng(0).choice([-1, 1], len(points))[:, None]
+    grid = (np.array([-3e-6, -1e-6]), np.array([366.0]), np.array([262.0]))
+    found = [hewg(Voters.of(points, g, SIZE[1]), *grid) for g in (gradients, turned)]
+    assert found[0] == pytest.approx(found[1], abs=1e-6)
+
+
+def test_under_the_true_model_each_line_is_one_cell() -> None:
+    points, gradients = edges_on_lines(TRUTH, samples=400)
+    voters = Voters.of(points, gradients, SIZE[1])
+    found = hewg(voters, np.array([TRUTH.lam]), *(np.array([c]) for c in TRUTH.center))
+    labels = np.round(
+        (TRUTH.undistort(points) - TRUTH.center)
+        @ np.array([[np.cos(a), np.sin(a)] for a in np.deg2rad([20.4, 110.4])]).T,
+        6,
+    )
+    # A point's line is the one of the two directions whose offset is one that was drawn.
+    drawn = 41.0 * np.arange(-3, 4) + 1.0
+    away = np.abs(labels[:, :, None] - drawn).min(axis=2)
+    which = np.argmin(away, axis=1)
+    offsets = np.take_along_axis(labels, which[:, None], axis=1)[:, 0]
+    _, counts = np.unique(np.stack([which, np.round(offsets)]), axis=1, return_counts=True)
+    p = counts / len(points)
+    assert found.item() == pytest.approx(-(p * np.log(p)).sum(), abs=1e-6)
+
+
+def test_the_true_model_has_the_least_entropy_around() -> None:
+    points, gradients = edges_on_lines(TRUTH)
+    voters = Voters.of(points, gradients, SIZE[1])
+    lams = TRUTH.lam * np.linspace(0.5, 1.5, 11)
+    xs, ys = (c + np.linspace(-30, 30, 7) for c in TRUTH.center)
+    found = hewg(voters, lams, xs, ys)
+    assert np.unravel_index(np.argmin(found), found.shape) == (5, 3, 3)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_points_past_the_fold_vote_alone(sign: int) -> None:
+    angle = np.linspace(0, 2 * np.pi, 100, endpoint=False)
+    points = np.stack([360 + 200 * np.cos(angle), 270 + 200 * np.sin(angle)], axis=1)
+    gradients = np.tile([1.0, 0.0], (100, 1))
+    voters = Voters.of(points, gradients, SIZE[1])
+    folded = hewg(voters, np.array([sign / 150**2]), np.array([360.0]), np.array([270.0]))
+    assert folded.item() == pytest.approx(np.log(100))
+
+
+def test_the_blocks_of_a_grid_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    points, gradients = edges_on_lines(TRUTH)
+    voters = Voters.of(points, gradients, SIZE[1])
+    grid = (np.linspace(-4e-6, -1e-7, 7), np.array([350.0, 366.0]), np.array([262.0]))
+    whole = hewg(voters, *grid)
+    monkeypatch.setattr("endocal.calibration.hough.BLOCK", 3 * len(points))
+    assert np.array_equal(hewg(voters, *grid), whole)
+
+
+def test_a_cell_has_the_articles_size() -> None:
+    # Two lines a little less than a cell apart share one, and two a little more do not.
+    def entropy_of(degrees: float, px: float) -> float:
+        phi = np.deg2rad(np.repeat([10.5, 10.5 + degrees], 50))
+        normal = np.stack([np.cos(phi), np.sin(phi)], axis=1)
+        offset = np.repeat([100.5, 100.5 + px], 50)
+        along = np.tile(np.linspace(-100, 100, 50), 2)
+        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        points = (360, 270) + offset[:, None] * normal + along[:, None] * tangent
+        voters = Voters.of(points, normal, 540)
+        return hewg(voters, np.array([0.0]), np.array([360.0]), np.array([270.0])).item()
+
+    one_degree = 180 / ANGLES
+    assert entropy_of(0, 0) == pytest.approx(0, abs=1e-6)
+    assert entropy_of(0.4 * one_degree, 1.0) == pytest.approx(0, abs=1e-6)
+    assert entropy_of(0.6 * one_degree, 0) == pytest.approx(np.log(2), abs=1e-6)
+    assert entropy_of(0, 2.0) == pytest.approx(np.log(2), abs=1e-6)

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from endocal.calibration.edges import EdgePoints
+from endocal.calibration.lines import LineSpec, group
+from endocal.calibration.pattern import merge_twins, on_board
+from endocal.calibration.profiles import Measured
+
+from .scenes import TRUTH, line_points
+
+SPEC = LineSpec(distance=1.5, angle=np.deg2rad(6), points=40, span=40)
+
+
+def test_each_line_is_found_and_clutter_is_left() -> None:
+    points, labels, normals = line_points(TRUTH, count=12)
+    rng = np.random.default_rng(2)
+    turn = rng.uniform(0, 2 * np.pi, 600)
+    clutter = rng.uniform((90, 10), (550, 470), (600, 2))
+    edges = EdgePoints(
+        np.vstack([points, clutter]),
+        np.vstack([normals, np.stack([np.cos(turn), np.sin(turn)], axis=1)]),
+    )
+    found = group(edges, TRUTH, SPEC)
+    assert found.count == 12
+    own = found.labels[: len(points)]
+    assert np.mean(own >= 0) > 0.97
+    for label in range(12):
+        kinds, counts = np.unique(own[labels == label], return_counts=True)
+        assert counts.max() > 0.9 * counts.sum(), (label, kinds, counts)
+    assert np.mean(found.labels[len(points) :] >= 0) < 0.1
+
+
+def test_few_long_lines_have_less_entropy_than_many_short_ones() -> None:
+    points, _, normals = line_points(TRUTH, count=12)
+    edges = EdgePoints(points, normals)
+    right, wrong = (group(edges, TRUTH * [f, 1, 1], SPEC).entropy() for f in (1.0, 0.3))
+    # All points on twelve equal lines: ln 12.
+    assert right == pytest.approx(np.log(12), abs=0.05)
+    assert wrong > right + 0.2
+
+
+def test_a_line_split_in_two_is_one_again() -> None:
+    points, labels, _ = line_points(TRUTH, count=8)
+    split = np.where((labels == 3) & (np.arange(len(labels)) % 2 == 0), 8, labels)
+    merged = merge_twins(points, split, TRUTH, distance=1.0)
+    assert len(np.unique(merged)) == 8
+    assert len(np.unique(merged[labels == 3])) == 1
+
+
+def grid(n: int, step: int = 20) -> Measured:
+    """The lines of a flat n x n chessboard, one point a px, and one stray line that never changes sides."""
+    t = np.arange(0.5, n * step)
+    near = np.abs((t + step / 2) % step - step / 2) < 2  # too weak to be measured at crossings
+    points, labels, sides = [], [], []
+    for i in range(1, n):
+        for flip in (0, 1):
+            p = np.stack([t, np.full_like(t, i * step)], axis=1)[~near]
+            points.append(p[:, ::-1] if flip else p)
+            labels.append(np.full(len(p), len(labels)))
+            sides.append(np.where((t[~near] // step + i) % 2 == 0, 1.0, -1.0))
+    stray = np.stack([t, np.full_like(t, -50.0)], axis=1)
+    points.append(stray)
+    labels.append(np.full(len(stray), len(labels)))
+    sides.append(np.ones(len(stray)))
+    return Measured(np.concatenate(points), np.concatenate(labels), np.concatenate(sides))
+
+
+def test_the_board_is_what_crossings_connect() -> None:
+    measured = grid(8)
+    board = on_board(measured)
+    assert board is not None
+    assert not board[measured.labels == measured.labels.max()].any()
+    assert board[measured.labels < measured.labels.max()].all()
+
+
+def test_no_board_among_lines_that_do_not_cross() -> None:
+    measured = grid(8)
+    across = measured.labels % 2 == 0
+    assert on_board(measured.take(across)) is None
+    assert on_board(Measured.none()) is None

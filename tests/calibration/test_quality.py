@@ -1,0 +1,65 @@
+from dataclasses import replace
+
+import pytest
+
+from endocal.calibration.quality import Evidence, judge
+
+GOOD = Evidence(
+    lines=25,
+    points=8000,
+    rms_before=2.3,
+    rms=0.1,
+    entropy=6.0,
+    lam=-2.8e-6,
+    lam_sigma=1e-9,
+    center_sigma=0.1,
+    reach=300.0,
+    content_radius=380.0,
+    fold_radius=597.0,
+    short_side=576.0,
+    explained=0.7,
+    board=True,
+)
+
+
+def test_sound_evidence_is_good() -> None:
+    quality = judge(GOOD)
+    assert quality.verdict == "good"
+    assert quality.reasons == ()
+    assert (quality.lines, quality.points, quality.rms) == (25, 8000, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"lines": 6}, "few lines"),
+        ({"reach": 120.0}, "poor coverage"),
+        ({"rms": 0.9}, "residuals above noise"),
+        ({"explained": 0.03}, "is this a pattern"),
+        ({"explained": 0.2, "board": False}, "is this a pattern"),
+        ({"lam_sigma": 1e-7}, "weakly determined"),
+        ({"lam_sigma": 1e-6}, "within its uncertainty of zero"),
+        ({"center_sigma": 4.0}, "centre is weakly determined"),
+        ({"fold_radius": 303.0}, "at its bound"),
+        ({"fold_radius": 350.0}, "inside the visible content"),
+    ],
+)
+def test_each_doubt_is_named(change: dict, reason: str) -> None:
+    quality = judge(replace(GOOD, **change))
+    assert quality.verdict == "doubtful"
+    assert len(quality.reasons) == 1
+    assert reason in quality.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"lines": 3}, "only 3 straight lines"),
+        ({"rms": 4.0}, "does not fit"),
+        ({"rms": 0.5, "board": False}, "no chessboard seen"),
+    ],
+)
+def test_what_cannot_be_trusted_fails(change: dict, reason: str) -> None:
+    quality = judge(replace(GOOD, **change))
+    assert quality.verdict == "failed"
+    assert any(reason in r for r in quality.reasons)

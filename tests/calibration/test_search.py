@@ -1,0 +1,79 @@
+"""Algorithm 1 on costs whose minimum is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endocal.calibration.search import Region, search
+
+REGION = Region((-1e-5, -1e-7), (300.0, 420.0), (220.0, 320.0))
+
+
+def bowl(lam: float, x: float, y: float):
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        a = ((lams - lam) / 1e-6)[:, None, None] ** 2
+        return a + ((xs - x) / 10)[:, None] ** 2 + ((ys - y) / 10) ** 2
+
+    return cost
+
+
+@given(
+    st.floats(-1e-5, -1e-7),
+    st.floats(300, 420),
+    st.floats(220, 320),
+    st.integers(4, 10),
+)
+def test_it_finds_the_minimum_of_a_bowl(lam: float, x: float, y: float, samples: int) -> None:
+    found = search(bowl(lam, x, y), REGION, samples, 1e-9, 20)
+    # What is left of a range after a round, at most: two steps of samples - 1.
+    share = (2 / (samples - 1)) ** found.rounds
+    assert abs(found.params[0] - lam) < 1e-9
+    assert found.params[1] == pytest.approx(x, abs=share * 120)
+    assert found.params[2] == pytest.approx(y, abs=share * 100)
+
+
+def test_it_ends_with_the_round_that_leaves_less_than_epsilon() -> None:
+    # 10 samples leave 2/9 of a range: 9.9e-6 (2/9)^7 is the first below 1e-9, after 7 rounds.
+    ranges = []
+
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        ranges.append(lams[-1] - lams[0])
+        return bowl(-5e-6, 360, 270)(lams, xs, ys)
+
+    found = search(cost, REGION, 10, 1e-9, 20)
+    assert found.rounds == len(ranges) == 7
+    assert ranges[1:] == pytest.approx([r * 2 / 9 for r in ranges[:-1]])
+
+
+def test_it_ends_after_the_rounds_it_was_given() -> None:
+    assert search(bowl(-5e-6, 360, 270), REGION, 10, 1e-30, 4).rounds == 4
+
+
+def test_a_range_of_one_value_has_one_sample() -> None:
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        assert len(xs) == len(ys) == 1
+        return bowl(-5e-6, 360, 270)(lams, xs, ys)
+
+    region = Region(REGION.lam, (371.0, 371.0), (255.5, 255.5))
+    assert list(search(cost, region, 10, 1e-9, 20).params[1:]) == [371.0, 255.5]
+
+
+def test_it_stays_within_its_region() -> None:
+    found = search(bowl(-1e-4, 500, 100), REGION, 10, 1e-9, 20)
+    assert list(found.params) == [-1e-5, 420.0, 220.0]
+
+
+def test_the_best_of_all_rounds_is_returned() -> None:
+    # A needle that only the first round hits.
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        costs = bowl(-5e-6, 360, 270)(lams, xs, ys)
+        costs[np.isclose(lams, -1e-5, rtol=1e-12)] -= 1000 * (len(calls) == 0)
+        calls.append(1)
+        return costs
+
+    calls: list[int] = []
+    found = search(cost, REGION, 10, 1e-9, 20)
+    assert found.params[0] == -1e-5
