@@ -1,12 +1,13 @@
 """Hough entropy with the undistorted gradient, HEwG (Lee et al. 2013, eq. 2-9), over grids of models.
 
-With d the offset of an edge point from the centre, g its unit gradient, D = d . g, C = d_y g_x - d_x g_y
-and b = 1 + lam |d|^2, eq. 4 and 7 shorten to
+With d the offset of an edge point from the centre and g its unit gradient, both as complex numbers,
+z = d conj(g) = D + i C, eq. 4 and 7 shorten to
 
-    r   = D / sqrt(b^2 - 4 lam C^2)                      the line's distance from the centre
-    phi = phi_g + atan2(2 lam C D, b - 2 lam C^2)        the direction of its normal
+    phi = phi_g + arg(1 + lam z^2)                       the direction of the line's normal
+    r   = D / |1 + lam z^2|                              its distance from the centre
 
-so that all but two square roots and an arc tangent a point is shared by the models of one centre.
+so that all but an arc tangent and a square root a point is shared by the models of one centre. D is made
+positive by turning g, and phi taken over the whole turn: a line has one cell, not two.
 """
 
 from __future__ import annotations
@@ -23,8 +24,10 @@ Single = NDArray[np.float32]
 # Cells of the vote map: half turns over ANGLES, and px (of a 720 x 540 frame: see ``Voters.of``).
 ANGLES = 180
 OFFSET_STEP = 2.0
-# Offsets beyond this multiple of the points' own reach, and points past the fold, vote for no shared cell.
-FARTHEST = 4.0
+# A cell's number is its angle's times this, plus its offset's: a whole number that float32 still holds.
+OFFSETS = 32768
+# Votes that are counted at once: the arrays of a block stay in a processor's cache.
+BLOCK = 65_536
 
 
 @dataclass(frozen=True)
@@ -69,74 +72,86 @@ def hewg(voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> Floats:
     """
     out = np.empty((len(lams), len(xs), len(ys)))
     n = len(voters)
-    columns = 2 * int(np.ceil(FARTHEST * voters.reach / voters.step)) + 2
-    log_counts = np.log(np.maximum(np.arange(n + 1), 1)).astype(np.float32)
-    work = _Workspace(n)
+    counts = np.arange(n + 1)
+    gains = counts * np.log(np.maximum(counts, 1)) / n
+    block = max(1, BLOCK // n)
     for i, cx in enumerate(xs):
-        dx = voters.x - np.float32(cx)
         for j, cy in enumerate(ys):
-            dy = voters.y - np.float32(cy)
-            work.prepare(voters, dx, dy)
-            for k, lam in enumerate(lams):
-                cells = work.cells(voters, float(lam), columns)
-                votes = np.bincount(cells, minlength=ANGLES * columns + 1)
-                # The last cell gathers the points that vote alone: as many cells of one vote.
-                votes[-1] = 1
-                out[k, i, j] = np.log(n) - float(log_counts.take(votes.take(cells)).sum()) / n
+            around = _Around.of(voters, cx, cy)
+            for k in range(0, len(lams), block):
+                # What has no place past a fold may well be infinite.
+                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                    cells = around.cells(lams[k : k + block])
+                out[k : k + block, i, j] = _entropies(cells, gains)
     return out
 
 
-class _Workspace:
-    """Arrays that every model needs, made once: memory traffic is most of the cost."""
+@dataclass(frozen=True)
+class _Around:
+    """What the models of one centre share, (n,) each: see the module's z; ``turn`` is phi_g in turns.
 
-    def __init__(self, n: int) -> None:
-        self.q, self.c2, self.cd, self.d = (np.empty(n, np.float32) for _ in range(4))
-        self.b, self.t, self.r, self.phi = (np.empty(n, np.float32) for _ in range(4))
-        self.cell, self.column = np.empty(n, np.int32), np.empty(n, np.int32)
+    ``offset`` is D in cells, ``real`` and ``imaginary`` are the parts of z^2 and ``square`` is |z|^2, px^2.
+    """
 
-    def prepare(self, voters: Voters, dx: Single, dy: Single) -> None:
-        """What the models of one centre share."""
-        np.multiply(dx, dx, out=self.q)
-        self.q += dy * dy
-        np.multiply(dx, voters.gx, out=self.d)
-        self.d += dy * voters.gy
-        c = dy * voters.gx
-        c -= dx * voters.gy
-        np.multiply(c, c, out=self.c2)
-        np.multiply(c, self.d, out=self.cd)
+    offset: Single
+    real: Single
+    imaginary: Single
+    square: Single
+    turn: Single
 
-    def cells(self, voters: Voters, lam: float, columns: int) -> NDArray[np.int32]:
-        """The cell (n,) that each point votes for; ANGLES * columns for none."""
-        b, t, r, phi = self.b, self.t, self.r, self.phi
-        np.multiply(self.q, np.float32(lam), out=b)
-        b += np.float32(1)
-        np.multiply(self.c2, np.float32(-4 * lam), out=t)
-        np.multiply(b, b, out=r)
-        r += t
+    @classmethod
+    def of(cls, voters: Voters, cx: float, cy: float) -> _Around:
+        dx, dy = voters.x - np.float32(cx), voters.y - np.float32(cy)
+        d = dx * voters.gx + dy * voters.gy
+        c = dy * voters.gx - dx * voters.gy
+        return cls(
+            offset=np.abs(d) * np.float32(1 / voters.step),
+            real=d * d - c * c,
+            imaginary=d * c * np.float32(2),
+            square=d * d + c * c,
+            turn=voters.angle * np.float32(0.5 / np.pi)
+            + np.where(d < 0, np.float32(0.5), np.float32(0)),
+        )
+
+    def cells(self, lams: Floats) -> Single:
+        """The number of the cell that each point votes for, (len(lams), n); NaN, no cell, past a fold."""
+        column = lams.astype(np.float32)[:, None]
+        # Before a fold the real part of 1 + lam z^2 is positive, and an arc tangent of the ratio will do.
+        real = self.real * column
+        real += np.float32(1)
+        ratio = self.imaginary * column
+        ratio /= real
+        r = ratio * ratio
+        r += np.float32(1)
         np.sqrt(r, out=r)
-        np.divide(self.d, r, out=r)
-        t *= np.float32(0.5)
-        t += b
-        np.multiply(self.cd, np.float32(2 * lam), out=phi)
-        np.arctan2(phi, t, out=phi)
-        phi += voters.angle
-        phi *= np.float32(1 / np.pi)
-        # A normal turned by half a turn has the opposite offset; turns lie in [-1, 2), so t is -1, 0 or 1.
-        np.floor(phi, out=t)
-        phi -= t
-        np.abs(t, out=t)
-        t *= np.float32(-2 / voters.step)
-        t += np.float32(1 / voters.step)
-        r *= t
-        r += np.float32(columns / 2)
-        phi *= np.float32(ANGLES)
-        np.minimum(phi, np.float32(ANGLES - 1), out=phi)
-        np.copyto(self.cell, phi, casting="unsafe")
-        self.cell *= np.int32(columns)
-        np.copyto(self.column, r, casting="unsafe")
-        self.cell += self.column
-        alone = (r < 0) | (r >= columns)
-        if lam < 0:
-            alone |= b <= np.float32(LEAST_DENOMINATOR)
-        self.cell[np.flatnonzero(alone)] = ANGLES * columns
-        return self.cell
+        r *= real
+        np.divide(self.offset, r, out=r)
+        phi = np.arctan(ratio, out=ratio)
+        phi *= np.float32(0.5 / np.pi)
+        phi += self.turn
+        phi -= np.floor(phi, out=real)
+        phi *= np.float32(2 * ANGLES)
+        cell = np.floor(phi, out=phi)
+        cell *= np.float32(OFFSETS)
+        cell += np.floor(r, out=r)
+        folding = np.float32(1 - LEAST_DENOMINATOR)
+        if np.abs(column).max() * self.square.max() >= folding:
+            cell[np.abs(column) * self.square >= folding] = np.nan
+        return cell
+
+
+def _entropies(cells: Single, gains: Floats) -> Floats:
+    """The entropy of each row of cells (m, n), which it sorts; ``gains`` (n + 1,) is c ln c / n by c votes.
+
+    Sorting brings the votes for one cell together; it is faster than counting in a map that is mostly
+    empty. NaN differs from NaN, so that the points without a cell stay apart.
+    """
+    m, n = cells.shape
+    cells.sort(axis=1)
+    first = np.ones((m, n), bool)
+    np.not_equal(cells[:, 1:], cells[:, :-1], out=first[:, 1:])
+    starts = np.flatnonzero(first)
+    votes = np.diff(starts, append=m * n)
+    rows = np.searchsorted(starts, np.arange(m) * n)
+    entropies: Floats = np.log(n) - np.add.reduceat(gains.take(votes), rows)
+    return entropies

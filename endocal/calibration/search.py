@@ -36,8 +36,9 @@ def search(
 ) -> Found:
     """Minimise a measure over a region by rounds of ``samples`` per axis.
 
-    The best sample's two neighbours on each axis bound the next round. It ends when the range of lambda
-    is below ``epsilon`` px^-2, or after ``max_rounds``. An axis whose range is a single value has one sample.
+    The best sample's two neighbours on each axis bound the next round. It ends when they leave lambda a
+    range below ``epsilon`` px^-2, or after ``max_rounds``. An axis whose range is a single value has one
+    sample.
     """
     ranges = [region.lam, region.x, region.y]
     limits = list(ranges)
@@ -49,11 +50,11 @@ def search(
         params = np.array([axis[i] for axis, i in zip(axes, at, strict=True)])
         if costs[at] < best.cost:
             best = Found(params, float(costs[at]), round_number)
-        if ranges[0][1] - ranges[0][0] < epsilon:
-            break
         steps = [axis[1] - axis[0] if len(axis) > 1 else 0.0 for axis in axes]
         ranges = [
             (max(limit[0], p - step), min(limit[1], p + step))
             for p, step, limit in zip(params, steps, limits, strict=True)
         ]
+        if ranges[0][1] - ranges[0][0] < epsilon:
+            break
     return Found(best.params, best.cost, round_number)
