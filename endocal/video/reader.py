@@ -25,6 +25,11 @@ MAX_CONSECUTIVE_FAILURES = 100
 
 # A file that ends by so many seconds before its declared duration has been cut off.
 _MISSING_S = 0.5
+# AVFMT_FLAG_GENPTS
+_GENERATE_TIMES = 0x0001
+# Containers that hold no presentation times: what the library gives for them is a guess, and wrong where
+# frames are stored in another order than they are shown in.
+_WITHOUT_TIMES = frozenset(("avi", "h264", "hevc", "mpegvideo", "m4v", "mjpeg", "rawvideo"))
 
 Item = av.VideoFrame | av.Packet
 
@@ -63,6 +68,9 @@ class VideoReader:
         self._native: tuple[int, int, str] | None = None
         self._pix_fmt = ""
         self._container = open_input(source, name, allow_protocols)
+        self._is_without_times = self._container.format.name in _WITHOUT_TIMES
+        # Made-up times of the library would pass for those of the file.
+        self._container.flags &= ~_GENERATE_TIMES
         try:
             self._stream = self._choose_stream()
             context = self._stream.codec_context
@@ -230,7 +238,7 @@ class VideoReader:
 
     def _decode(self, packet: av.Packet) -> list[av.VideoFrame]:
         self.hidden += packet.is_discard
-        if packet.pts is None and packet.dts is not None:
+        if self._is_without_times and packet.dts is not None:
             self._decoding_times.append(packet.dts)
         try:
             frames = packet.decode()
@@ -239,7 +247,7 @@ class VideoReader:
         except av.error.FFmpegError as error:
             self.damaged += 1
             self._failures += 1
-            if packet.pts is None and self._decoding_times:
+            if self._decoding_times:
                 self._decoding_times.pop()
             if self._failures >= MAX_CONSECUTIVE_FAILURES:
                 raise InputError(
@@ -263,7 +271,9 @@ class VideoReader:
                 f"{self.name}: the frames change from {_described(self._native)} to"
                 f" {_described(_shape(frame))} at {place}: split the file there"
             )
-        pts = frame.pts if frame.pts is not None else self._guessed_time()
+        pts = frame.pts
+        if pts is None or self._is_without_times:
+            pts = self._guessed_time()
         if self._pix_fmt != frame.format.name:
             frame = frame.reformat(format=self._pix_fmt)
         frame.pts = pts
