@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -17,6 +18,10 @@ _LINES = 135
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
+# Every so many rows and columns of samples are scanned for the rim.
+_ROWS, _COLUMNS = 2, 3
+# By so many samples the scan finds the rim too far out, as a rule.
+_WIDENING = 0.75
 # Side of a corner's patch, in samples.
 _CORNER = 5
 
@@ -72,13 +77,12 @@ def _dark(thinned: NDArray[np.uint8]) -> Dark:
     """Take the outside from the darkest and evenest corner: a logo may lie over one of them."""
     k = _CORNER
     corners = np.stack([thinned[:k, :k], thinned[:k, -k:], thinned[-k:, :k], thinned[-k:, -k:]])
-    corners = np.sort(corners.reshape(4, k * k), axis=1).astype(np.float32)
-    middle, upper = corners[:, k * k // 2], corners[:, int(k * k * 0.84)]
-    best = int((middle + upper).argmin())
-    level = float(middle[best])
+    corners = corners.reshape(4, k * k)
+    corners.sort(axis=1)
+    middle, upper = (corners[:, i].tolist() for i in (k * k // 2, int(k * k * 0.84)))
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
-    noise = max(float(upper[best]) - level, 0.5)
-    return Dark(level, noise, 0.0).raised(0.0)
+    total, level = min((m + u, m) for m, u in zip(middle, upper, strict=True))
+    return Dark(float(level), max(total - 2.0 * level, 0.5), 0.0).raised(0.0)
 
 
 def first_circle(
@@ -89,56 +93,53 @@ def first_circle(
     ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
     where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
     """
-    values, step, dark = samples.values, samples.step, samples.dark
+    values, step = samples.values, samples.step
     h, w = values.shape
-    lit = values > dark.threshold
-    rows, columns = np.arange(0, h, 2), np.arange(0, w, 3)
-    across, down = lit[::2], np.ascontiguousarray(lit[:, ::3].T)
-    left, right = _outermost(across)
-    top, bottom = _outermost(down)
-    x0, keep_left = _side(left)
-    x1, keep_right = _side(right)
-    y0, keep_top = _side(top)
-    y1, keep_bottom = _side(bottom)
-    x = np.concatenate(
-        (left[keep_left], w - 1 - right[keep_right], columns[keep_top], columns[keep_bottom])
+    upright = np.ascontiguousarray(values[::_ROWS])
+    turned = np.ascontiguousarray(cv2.transpose(values)[::_COLUMNS])
+    threshold = samples.dark.threshold
+    # Along each line, how many samples come before the first lit one, from either end.
+    sides = [
+        (lines > threshold).argmax(axis=1)
+        for lines in (upright, cv2.flip(upright, 1), turned, cv2.flip(turned, 1))
+    ]
+    edges = [_straight_edge(first) for first in sides]
+    rows, columns = _lines(h, w)
+    x = np.concatenate((sides[0], w - 1 - sides[1], columns, columns), dtype=np.float32)
+    y = np.concatenate((rows, rows, sides[2], h - 1 - sides[3]), dtype=np.float32)
+    # A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
+    keep = np.concatenate(
+        [f > 1 if e == 0 else (f > 1) & (abs(f - e) > 1) for f, e in zip(sides, edges, strict=True)]
     )
-    y = np.concatenate(
-        (rows[keep_left], rows[keep_right], top[keep_top], h - 1 - bottom[keep_bottom])
-    )
-    ax = np.float32(frame.pixel_aspect * step)
-    circle = consensus_circle(
-        x.astype(np.float32) * ax, y.astype(np.float32) * np.float32(step), radii, 1.5 * step
-    )
+    ax = frame.pixel_aspect * step
+    x, y = x[keep] * np.float32(ax), y[keep] * np.float32(step)
+    circle = consensus_circle(x, y, radii, 1.5 * step)
     if circle is None:
         return None
+    # The smoothing, and a threshold near black, widen the content by this much.
+    circle = circle._replace(radius=circle.radius - _WIDENING * step)
     whole = whole_frame(frame.size, frame.pixel_aspect)
     box = Box(
-        (x0 - 0.5) * float(ax) if x0 else whole.left,
-        (y0 - 0.5) * step if y0 else whole.top,
-        (w - x1 - 0.5) * float(ax) if x1 else whole.right,
-        (h - y1 - 0.5) * step if y1 else whole.bottom,
+        (edges[0] - 0.5) * ax if edges[0] else whole.left,
+        (edges[2] - 0.5) * step if edges[2] else whole.top,
+        (w - edges[1] - 0.5) * ax if edges[1] else whole.right,
+        (h - edges[3] - 0.5) * step if edges[3] else whole.bottom,
     )
     return circle, box
 
 
-def _outermost(lit: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return per row how many samples come before the first lit one, from the left and from the right."""
-    return lit.argmax(axis=1), lit[:, ::-1].argmax(axis=1)
+@lru_cache(maxsize=4)
+def _lines(height: int, width: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The rows and the columns that are scanned."""
+    return np.arange(0, height, _ROWS), np.arange(0, width, _COLUMNS)
 
 
-def _side(first: NDArray[np.intp]) -> tuple[int, NDArray[np.bool_]]:
-    """Tell rim points from a straight edge: where the edge is, and which lines' first samples to keep.
-
-    A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
-    """
-    keep = first > 1
-    met = first[keep]
-    if len(met) < 4:
-        return 0, keep
-    counts = np.bincount(met)
+def _straight_edge(first: NDArray[np.intp]) -> int:
+    """Return where the content begins along a straight line, or 0 where it does not."""
+    counts = np.bincount(first)
+    if len(counts) < 3:
+        return 0
+    counts[:2] = 0
     mode = int(counts.argmax())
-    if counts[max(mode - 1, 0) : mode + 2].sum() > _STRAIGHT * len(first):
-        keep &= np.abs(first - mode) > 1
-        return mode, keep
-    return 0, keep
+    straight = int(counts[max(mode - 1, 0) : mode + 2].sum()) > _STRAIGHT * len(first)
+    return mode if straight else 0

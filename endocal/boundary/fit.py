@@ -1,4 +1,7 @@
-"""Circles through points: a consensus over triples, and a robust geometric fit along radii."""
+"""Circles through points: a consensus over triples, and a robust geometric fit along radii.
+
+These run on every frame of a video, on a hundred numbers or so: what counts is how few calls they make.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float32]
 
-_HYPOTHESES = 128
+_HYPOTHESES = 96
 # Points that every hypothesis is tried on; more would cost time and hardly change the winner.
-_JURY = 128
+_JURY = 112
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
@@ -41,11 +44,11 @@ class Shift(NamedTuple):
     center_sigma: float
 
 
-def _low_discrepancy(rows: int) -> Array:
+def _low_discrepancy(columns: int) -> Array:
     """Triples in [0, 1) that fill the cube evenly: a fixed draw, so that the same points give one answer."""
     # Powers of 1/1.2207..., the three-dimensional golden ratio.
     steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    return (np.arange(1, rows + 1)[:, None] * steps % 1).astype(np.float32)
+    return (steps[:, None] * np.arange(1, columns + 1) % 1).astype(np.float32)
 
 
 _TRIPLES = _low_discrepancy(_HYPOTHESES)
@@ -62,48 +65,57 @@ def consensus_circle(
     n = len(x)
     if n < 6:
         return None
-    picks = (_TRIPLES * n).astype(np.intp)
-    px, py = x[picks], y[picks]
-    ax, ay = px[:, 1] - px[:, 0], py[:, 1] - py[:, 0]
-    bx, by = px[:, 2] - px[:, 0], py[:, 2] - py[:, 0]
-    twice_area = 2 * (ax * by - ay * bx)
-    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ux, uy = (by * a2 - ay * b2) / twice_area, (ax * b2 - bx * a2) / twice_area
-    radius = np.sqrt(ux * ux + uy * uy)
-    kept = np.flatnonzero((radius > radii[0]) & (radius < radii[1]))
-    if not len(kept):
-        return None
-    cx, cy, radius = (ux + px[:, 0])[kept], (uy + py[:, 0])[kept], radius[kept]
+    # About the first point, so that squares stay small enough for single precision.
+    points = np.empty((4, n), np.float32)
+    points[0] = x - x[0]
+    points[1] = y - y[0]
+    points[2] = 1
+    points[3] = points[0] ** 2 + points[1] ** 2
+    circles = _circles_through(points[:2, (_TRIPLES * n).astype(np.intp)])
+    cx, cy, radius = circles
+    # |distance - radius| < tolerance, with squares in place of roots.
+    test = np.empty((_HYPOTHESES, 4), np.float32)
+    test[:, 0] = -2 * cx
+    test[:, 1] = -2 * cy
+    test[:, 2] = cx * cx + cy * cy - radius * radius - tolerance * tolerance
+    test[:, 3] = 1
     stride = -(-n // _JURY)
-    distance = np.hypot(cx[:, None] - x[::stride], cy[:, None] - y[::stride])
-    distance -= radius[:, None]
-    np.abs(distance, out=distance)
-    best = int(np.count_nonzero(distance < tolerance, axis=1).argmax())
-    circle = Circle(float(cx[best]), float(cy[best]), float(radius[best]))
-    for _ in range(2):
-        near = np.abs(np.hypot(x - circle.x, y - circle.y) - circle.radius) < tolerance
-        fitted = _algebraic_circle(x[near], y[near], circle)
-        if fitted is None or not radii[0] < fitted.radius < radii[1]:
-            break
-        circle = fitted
-    return circle
+    apart = np.abs(test @ points[:, ::stride])
+    votes = np.count_nonzero(apart < (2 * tolerance * radius)[:, None], axis=1)
+    votes[(radius < radii[0]) | (radius > radii[1])] = -1
+    best = int(votes.argmax())
+    if votes[best] < 0:
+        return None
+    near = np.abs(test[best] @ points) < 2 * tolerance * radius[best]
+    found = _algebraic_circle(points[:, near])
+    if found is None or not radii[0] <= found.radius <= radii[1]:
+        found = Circle(*circles[:, best].tolist())
+    return Circle(found.x + float(x[0]), found.y + float(y[0]), found.radius)
 
 
-def _algebraic_circle(x: Array, y: Array, around: Circle) -> Circle | None:
-    """Fit a circle by linear least squares (Kasa 1976), with ``around`` as the origin for conditioning."""
-    if len(x) < 5:
+def _circles_through(triples: Array) -> Array:
+    """Return the circles (x, y, radius), (3, m), through triples of points, (2, 3, m); 0 for a line."""
+    (x0, x1, x2), (y0, y1, y2) = triples
+    ax, ay, bx, by = x1 - x0, y1 - y0, x2 - x0, y2 - y0
+    a2, b2 = ax * ax + ay * ay, bx * bx + by * by
+    twice_area = 2 * (ax * by - ay * bx)
+    on_a_line = np.abs(twice_area) < 1
+    twice_area[on_a_line] = 1
+    ux, uy = (by * a2 - ay * b2) / twice_area, (ax * b2 - bx * a2) / twice_area
+    radius = np.sqrt(ux * ux + uy * uy)
+    radius[on_a_line] = 0
+    return np.stack([ux + x0, uy + y0, radius])
+
+
+def _algebraic_circle(points: Array) -> Circle | None:
+    """Fit a circle by linear least squares (Kasa 1976) to points (4, n): x, y, 1 and x^2 + y^2."""
+    inverse = _inverse(normal := (points @ points.T).tolist())
+    if inverse is None:
         return None
-    u, v = x - np.float32(around.x), y - np.float32(around.y)
-    rows = np.stack([u, v, np.ones_like(u)])
-    solution = _solve(rows @ rows.T, rows @ (u * u + v * v))
-    if solution is None:
-        return None
-    cu, cv = solution[0] / 2, solution[1] / 2
-    squared = solution[2] + cu * cu + cv * cv
-    if squared <= 0:
-        return None
-    return Circle(float(around.x + cu), float(around.y + cv), float(np.sqrt(squared)))
+    a, b, c = _times(inverse, [row[3] for row in normal[:3]])
+    x, y = a / 2, b / 2
+    squared = c + x * x + y * y
+    return Circle(x, y, math.sqrt(squared)) if squared > 0 else None
 
 
 def fit_offsets(
@@ -119,63 +131,66 @@ def fit_offsets(
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
     one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
     below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
-    ``trust`` (n,) weighs the directions besides.
-    None where the directions do not fix a circle.
+    ``trust`` (n,) weighs the directions besides. None where the directions do not fix a circle.
     """
-    if len(offset) < 5:
+    n = len(offset)
+    if n < 5:
         return None
-    rows = np.stack([cosine, sine, np.ones_like(cosine)])
-    middle = len(offset) // 2
-    shift = np.zeros(3)
-    scale, limit = math.inf, reach
-    weight = np.ones_like(offset)
+    rows = np.empty((4, n), np.float32)
+    rows[0], rows[1], rows[2], rows[3] = cosine, sine, 1, offset
     trusted = rows if trust is None else rows * (trust / trust.max())
+    shift = (0.0, 0.0, 0.0)
+    scale, limit = math.inf, reach
+    weight = np.ones(n, np.float32)
+    inverse = None
     for _ in range(_FIT_ROUNDS):
-        weighted = trusted * weight
-        solution = _solve(weighted @ rows.T, weighted @ offset)
-        if solution is None:
+        normal = ((trusted * weight) @ rows.T).tolist()
+        inverse = _inverse(normal)
+        if inverse is None:
             return None
-        moved = float(np.abs(solution - shift).max())
-        shift = solution
-        absolute = np.abs(offset - shift.astype(np.float32) @ rows)
-        scale = max(_MAD_TO_SIGMA * float(np.partition(absolute, middle)[middle]), floor)
-        if moved < _SETTLED and limit <= scale:
+        last, shift = shift, _times(inverse, [row[3] for row in normal[:3]])
+        residual = np.array([-shift[0], -shift[1], -shift[2], 1], np.float32) @ rows
+        np.abs(residual, out=residual)
+        ordered = residual.copy()
+        ordered.partition(n // 2)
+        scale = max(_MAD_TO_SIGMA * float(ordered[n // 2]), floor)
+        if limit <= scale and max(abs(a - b) for a, b in zip(shift, last, strict=True)) < _SETTLED:
             break
-        limit = max(limit / 2, scale)
-        weight = absolute * np.float32(1 / (_TUKEY * limit))
-        weight = np.maximum(1 - weight * weight, 0)
+        limit = max(limit / 3, scale)
+        residual *= np.float32(1 / (_TUKEY * limit))
+        weight = np.maximum(1 - residual * residual, 0)
         weight *= weight
-    variances = _variances((trusted * weight) @ rows.T)
-    if variances is None:
-        return None
-    sigmas = [scale * math.sqrt(max(v, 0.0)) for v in variances]
-    return Shift(Circle(*shift.tolist()), weight, scale, sigmas[2], math.hypot(*sigmas[:2]))
+    assert inverse is not None
+    sigma_x, sigma_y, sigma_r = (scale * math.sqrt(max(inverse[i], 0.0)) for i in (0, 3, 5))
+    return Shift(Circle(*shift), weight, scale, sigma_r, math.hypot(sigma_x, sigma_y))
 
 
-def _variances(matrix: NDArray) -> list[float] | None:
-    """Return the diagonal of a symmetric 3x3 matrix's inverse; None where it is singular."""
-    columns = [_solve(matrix, axis) for axis in np.eye(3)]
-    return (
-        [float(c[i]) for i, c in enumerate(columns) if c is not None]
-        if all(c is not None for c in columns)
-        else None
-    )
+# The upper triangle of a symmetric 3x3 matrix, row by row.
+Triangle = tuple[float, float, float, float, float, float]
 
 
-def _solve(matrix: NDArray, right: NDArray) -> NDArray[np.float64] | None:
-    """Solve three normal equations; None where they are singular for all practical purposes."""
-    (a, b, c), (_, d, e), (_, _, f) = matrix.tolist()
-    p, q, r = right.tolist()
-    # Cofactors of the symmetric matrix: cheaper by far than a call into LAPACK, and exact enough at n = 3.
+def _inverse(matrix: list[list[float]]) -> Triangle | None:
+    """Invert the leading symmetric 3x3 block; None where it is singular for all practical purposes."""
+    a, b, c = matrix[0][:3]
+    d, e = matrix[1][1:3]
+    f = matrix[2][2]
+    # Cofactors: cheaper by far than a call into LAPACK, and exact enough at n = 3.
     aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d
     determinant = a * aa + b * bb + c * cc
     if not determinant > 1e-7 * a * d * f:
         return None
     dd, ee, ff = a * f - c * c, b * c - a * e, a * d - b * b
-    return np.array(
-        [
-            (aa * p + bb * q + cc * r) / determinant,
-            (bb * p + dd * q + ee * r) / determinant,
-            (cc * p + ee * q + ff * r) / determinant,
-        ]
+    return (
+        aa / determinant,
+        bb / determinant,
+        cc / determinant,
+        dd / determinant,
+        ee / determinant,
+        ff / determinant,
     )
+
+
+def _times(matrix: Triangle, right: list[float]) -> tuple[float, float, float]:
+    a, b, c, d, e, f = matrix
+    p, q, r = right
+    return a * p + b * q + c * r, b * p + d * q + e * r, c * p + e * q + f * r

@@ -26,6 +26,9 @@ _MARGIN = 0.4
 _FRAME_EDGE = 3.0
 # The residual, in robust standard deviations, at which Tukey's weight falls to 0.3.
 _ACCEPTED = 3.15
+# With rim points on fewer radii there is no telling.
+_FEWEST = 6
+_THIRDS = np.full(_MEAN, 1 / _MEAN, np.float32)
 
 
 # Radii along which the rim is looked at, evenly spread over the circle.
@@ -54,6 +57,16 @@ def directions() -> tuple[Array, Array]:
     # Half a step off the axes, where the frame's own edges and interlacing would meet a radius head on.
     angle = (np.arange(DIRECTIONS) + 0.5) * (2 * np.pi / DIRECTIONS)
     return np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def _rows() -> NDArray[np.intp]:
+    return np.arange(DIRECTIONS)
+
+
+@lru_cache(maxsize=1)
+def _steps() -> Array:
+    return np.arange(-_REACH, _REACH + 1, dtype=np.float32)
 
 
 @lru_cache(maxsize=1)
@@ -111,34 +124,27 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
     None when too few directions show such a fall.
     """
     spacing = half / _REACH
-    offsets = np.arange(-_REACH, _REACH + 1, dtype=np.float32) * np.float32(spacing)
-    seen = np.flatnonzero(inside_box(circle, _MARGIN * half, box))
-    if len(seen) < 6:
-        return None
-    profile = profiles(frame, circle, offsets)[seen]
+    cosine, sine = directions()
+    seen = inside_box(circle, _MARGIN * half, box)
+    profile = profiles(frame, circle, _steps() * np.float32(spacing))
     edges = profile @ _edge_operator()
     at = edges.argmax(axis=1)
-    rows = np.arange(len(seen))
-    peak = edges[rows, at]
-    outside = profile[:, -_MEAN:].sum(axis=1) * np.float32(1 / _MEAN)
-    is_dark = outside < dark.threshold + dark.noise
-    is_lit = peak > dark.contrast
-    last = edges.shape[1] - 1
-    k = np.clip(at, 1, last - 1)
-    before, middle, after = edges[rows, k - 1], edges[rows, k], edges[rows, k + 1]
-    bend = before - 2 * middle + after
-    with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = np.where(bend < 0, 0.5 * (before - after) / bend, 0)
-    offset = (k + (_MEAN - _REACH) + np.clip(fraction, -1, 1)).astype(np.float32)
+    at = np.minimum(np.maximum(at, 1), edges.shape[1] - 2)
+    # The peak, to a fraction of a sample, by a parabola through it and its neighbours.
+    before, middle, after = edges[_rows(), at - 1], edges[_rows(), at], edges[_rows(), at + 1]
+    bend = np.minimum(before + after - 2 * middle, np.float32(-1e-6))
+    offset = (after - before) / (-2 * bend)
+    np.minimum(np.maximum(offset, -1, out=offset), 1, out=offset)
+    offset += at
+    offset += _MEAN - _REACH
     offset *= np.float32(spacing)
-    cosine, sine = directions()
-    clear = _inside(circle, cosine[seen], sine[seen], offset + np.float32(_FRAME_EDGE), box)
-    usable = np.flatnonzero(is_dark & is_lit & clear)
-    if len(usable) < 6:
+    outside = profile[:, -_MEAN:] @ _THIRDS
+    is_dark = seen & (outside < dark.threshold + dark.noise)
+    clear = _inside(circle, cosine, sine, offset + np.float32(_FRAME_EDGE), box)
+    usable = np.flatnonzero(is_dark & (middle > dark.contrast) & clear)
+    if len(usable) < _FEWEST:
         return None
-    offset = offset[usable]
-    chosen = seen[usable]
-    fitted = fit_offsets(cosine[chosen], sine[chosen], offset, 0.25 * spacing, half / 3)
+    fitted = fit_offsets(cosine[usable], sine[usable], offset[usable], 0.25 * spacing, half / 3)
     if fitted is None:
         return None
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + fitted.by.radius)
@@ -150,7 +156,7 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         moved,
         fitted.scale,
         fitted.radius_sigma,
-        len(seen),
+        int(np.count_nonzero(seen)),
         int(np.count_nonzero(is_dark)),
         len(usable),
         count,

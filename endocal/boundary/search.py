@@ -21,13 +21,15 @@ _SHARP = 0.6
 # Edges that agree this much better than by chance, as the evidence of each, are a step in any case.
 _PLAIN = 0.8
 # A rim found further off than this, in halves of the window, is looked at again from where it is.
-_NEAR = 0.25
+_NEAR = 0.5
 # The least radii, of all that are looked along, on which a circle may rest.
 _LEAST_SUPPORT = 0.06 * DIRECTIONS
 # Glare has died away this far out, in radii of the circle; from there on the outside is within this many
 # levels of its darkest corner, and half a standard deviation of the noise. To judge that takes this many
 # samples.
-_FAR, _FLAT, _ENOUGH = 1.12, 4.0, 12
+_FAR, _FLAT, _ENOUGH = 1.12, 4.0, 8
+# Every so manieth sample each way is looked at for that.
+_APART = 3
 
 
 @dataclass(frozen=True)
@@ -38,19 +40,20 @@ class BoundarySpec:
     circumference, ``min_visible`` must lie in the frame; of that, the rim must be seen over ``min_support``.
     Of the edges that are met from outside, ``min_agreement`` must lie on the circle, and so well that the
     natural logarithm of the odds against chance is ``min_evidence``. The darkest corner must be below
-    ``max_black`` (of 255), and of the outside no more than ``max_bright_outside`` be brighter: logos and
-    text. ``glare`` are shares of the way from black to bright content that the outside near the circle may
-    reach when nothing is found without.
+    ``max_black`` (of 255). Of the outside no more than ``max_bright_outside``, and ``logos`` of the whole
+    frame besides, may be brighter: burnt-in marks and text. ``glare`` are shares of the way from black to
+    bright content that the outside near the circle may reach when nothing is found without.
     """
 
     min_diameter: float = 0.25
-    max_diameter: float = 1.5
+    max_diameter: float = 1.2
     min_visible: float = 0.10
     min_support: float = 0.30
     min_agreement: float = 0.60
     min_evidence: float = 18.0
     max_black: float = 64.0
     max_bright_outside: float = 0.12
+    logos: float = 0.005
     glare: tuple[float, ...] = (0.10, 0.25)
 
 
@@ -169,8 +172,8 @@ class Search:
         something round.
         """
         values, step, dark = self.samples
-        thinned = values[::2, ::2]
-        apart = np.float32(2 * step)
+        thinned = values[::_APART, ::_APART]
+        apart = np.float32(_APART * step)
         x = np.arange(thinned.shape[1], dtype=np.float32) * (
             apart * np.float32(self.frame.pixel_aspect)
         ) - np.float32(circle.x)
@@ -178,13 +181,17 @@ class Search:
         distance2 = x * x + (y * y)[:, None]
         near = thinned[distance2 > (1.02 * circle.radius + 2 * step) ** 2]
         far = thinned[distance2 > (_FAR * circle.radius) ** 2]
-        if not self._are_few(near > dark.threshold):
+        spared = 0.0 if dark.has_glare else self.spec.logos * thinned.size
+        if not self._are_few(near > dark.threshold, spared):
             return False
         if len(far) < _ENOUGH:
             return not dark.has_glare
         # Flat, too: darker places than a corner that seemed black tell of a scene as brighter ones do.
         slack = _FLAT + dark.noise / 2
-        return self._are_few(far > dark.level + slack) and self._are_few(far < dark.level - slack)
+        return self._are_few(far > dark.level + slack, spared) and self._are_few(
+            far < dark.level - slack
+        )
 
-    def _are_few(self, exceptions: NDArray[np.bool_]) -> bool:
-        return int(np.count_nonzero(exceptions)) <= self.spec.max_bright_outside * len(exceptions)
+    def _are_few(self, exceptions: NDArray[np.bool_], spared: float = 0.0) -> bool:
+        allowed = self.spec.max_bright_outside * len(exceptions) + spared
+        return int(np.count_nonzero(exceptions)) <= allowed
