@@ -58,4 +58,4 @@ def squared_reach(model: DivisionModel) -> float:
     # At the pole of a barrel distortion the denominator is 0 but for rounding, and every radius is reached.
     reach = q / denominator**2 if denominator > 1e-9 else math.inf
     # What single precision cannot hold is everywhere too.
-    return reach if reach < np.finfo(np.float32).max else math.inf
+    return reach if reach < float(np.finfo(np.float32).max) else math.inf
