@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from .options import Device, Json, parse_size, print_json
+from .options import Device, Json, note, parse_size, print_json
 
-EXAMPLES = ("endocal bench remap --size 3840x2160",)
+EXAMPLES = ("endocal bench remap --size 3840x2160", "endocal bench calibrate")
 
 group = typer.Typer(help="Time endocal beside its peers, in the same run.", no_args_is_help=True)
 
@@ -37,3 +37,35 @@ def remap(
         )
         ratio = f"{row.ratio:5.2f}x ({row.processor_ratio:.2f}x)"
         typer.echo(f"{row.work:<50}{ours}   {row.peer:<34}{peers}  {ratio}")
+
+
+@group.command("calibrate")
+def calibrate(
+    repeats: Annotated[int, typer.Option(min=1, help="How often each work is done.")] = 5,
+    json: Json = False,
+) -> None:
+    """Algorithm 1 with HEwG, beside the article's times and a plain NumPy loop; the whole command."""
+    from ..benchmarks.calibrate import run
+
+    report = run(repeats, progress=note)
+    if json:
+        print_json(report.data())
+        return
+    typer.echo(
+        f"Algorithm 1 with HEwG, S = {report.samples}, epsilon = {report.epsilon:g} px^-2, seconds;"
+        f" endocal {repeats} times: median / least on the clock / of the processor"
+    )
+    typer.echo(f"{'edge points':>11}  {'endocal':<23}{'article, 1 and 4 cores':<32}plain loop")
+    for row in report.rows:
+        ours, article = row.endocal, row.article
+        typer.echo(
+            f"{article.points:>11}  {ours.median:.3f} / {ours.least:.3f} / {ours.processor:.3f}"
+            f"  {article.one_core:.3f} ({row.times_article:4.1f}x)  {article.four_cores:.3f}"
+            f"       {row.plain.median:6.2f} / {row.plain.processor:5.2f} ({row.times_plain:4.1f}x)"
+            f"  {'the same minimum' if row.same_minimum else 'ANOTHER MINIMUM'}"
+        )
+    whole = report.command
+    typer.echo(
+        f"endocal calibrate on a {whole.size[0]}x{whole.size[1]} board, all of it:"
+        f" {whole.time.median:.2f} / {whole.time.least:.2f} / {whole.time.processor:.2f}"
+    )
