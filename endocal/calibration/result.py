@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from ..boundary.circle import Boundary
 from ..model import DivisionModel
@@ -47,12 +49,17 @@ class SourceImage:
 
 @dataclass(frozen=True)
 class Source:
-    """How the calibration was made."""
+    """How the calibration was made.
+
+    ``options`` are the fields of CalibrationSpec that were not as by default, other than those that
+    ``method``, ``refined`` and the model tell: what it takes to make the same calibration again.
+    """
 
     method: str = "hewg"
     refined: bool = True
     images: tuple[SourceImage, ...] = ()
     endocal: str = ""
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from ..calibration.result import (
 )
 from ..errors import InputError
 from ..model import DivisionModel
+from . import recorded_options
 from . import writing as w
 from .section import Section
 
@@ -224,6 +225,7 @@ def _read_source(section: Section) -> Source:
         refined=section.flag("refined", True),
         images=tuple(images),
         endocal=section.text("endocal", ""),
+        options=recorded_options.read(section),
     )
     section.close()
     return source
@@ -241,6 +243,7 @@ def _write_source(source: Source) -> list[str]:
         "[source]",
         w.line("method", w.text(source.method)),
         w.line("refined", "true" if source.refined else "false"),
+        *recorded_options.write(source.options),
         w.line("images", w.inline_tables(rows)),
         w.line("endocal", w.text(source.endocal)),
     ]

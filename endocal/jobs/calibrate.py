@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..calibration.calibrate import calibrate_jointly
+from ..calibration.recorded import options_of
 from ..calibration.result import Calibration, Source, SourceImage
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError, InputError
@@ -58,6 +59,6 @@ def report_files(
         for number, (path, data, rms) in enumerate(zip(paths, contents, joint.rms, strict=True))
         if number not in joint.left_out
     )
-    source = replace(calibration.source or Source(), images=pictures)
+    source = replace(calibration.source or Source(), images=pictures, options=options_of(spec))
     left_out = tuple(str(paths[number]) for number in joint.left_out)
     return CalibrationReport(replace(calibration, source=source), left_out)

@@ -1,0 +1,67 @@
+"""Options go with a calibration, and come back as they were."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from endocal.calibration.recorded import ELSEWHERE, RECORDED, options_of, spec_of
+from endocal.calibration.result import Calibration, Source
+from endocal.calibration.spec import CalibrationSpec
+from endocal.errors import UsageError
+from endocal.files import dumps, loads
+from endocal.model import DivisionModel
+
+UNUSUAL: dict[str, Any] = {
+    "center": (351.25, 262.5),
+    "samples": 8,
+    "epsilon": 1e-8,
+    "max_rounds": 12,
+    "center_region": 0.2,
+    "sobel": 15,
+    "roi": (10, 20, 300, 200),
+}
+
+
+def recorded(spec: CalibrationSpec) -> Calibration:
+    lam2 = 1e-13 if spec.model == "division2" else 0.0
+    model = DivisionModel(-1e-6, (360.0, 270.0), (720, 540), spec.pixel_aspect, lam2)
+    source = Source(method=spec.method, refined=spec.refine, options=options_of(spec))
+    return Calibration(model, source=source)
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_an_option_comes_back_through_the_file(name: str) -> None:
+    spec = CalibrationSpec(**{name: UNUSUAL[name]})
+    text = dumps(recorded(spec))
+    found = loads(text)
+    assert isinstance(found, Calibration)
+    assert spec_of(found) == spec
+    assert dumps(found) == text
+
+
+def test_all_options_come_back_at_once() -> None:
+    spec = CalibrationSpec(
+        method="wang", refine=False, model="division2", pixel_aspect=1.25, **UNUSUAL
+    )
+    found = loads(dumps(recorded(spec)))
+    assert isinstance(found, Calibration)
+    assert spec_of(found) == spec
+
+
+def test_what_is_as_by_default_is_not_written() -> None:
+    assert "options" not in dumps(recorded(CalibrationSpec()))
+    assert options_of(CalibrationSpec(center="image", sobel=21)) == {"center": "image"}
+
+
+def test_every_option_is_kept_somewhere() -> None:
+    assert {f.name for f in fields(CalibrationSpec)} == {*ELSEWHERE, *RECORDED}
+    assert set(UNUSUAL) == set(RECORDED)
+
+
+def test_options_that_make_no_sense_are_refused() -> None:
+    source = Source(options={"samples": 1})
+    with pytest.raises(UsageError, match="samples"):
+        spec_of(Calibration(DivisionModel(-1e-6, (360.0, 270.0), (720, 540)), source=source))
