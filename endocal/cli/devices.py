@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import DeviceError
 from .options import Json, print_json
 
 if TYPE_CHECKING:
-    from ..jobs.devices import DeviceReport
+    from ..jobs.devices import DeviceReport, DevicesReport
 
 EXAMPLES = ("endocal devices -v", "endocal devices --json | jq -r .auto")
 
@@ -18,7 +19,9 @@ def command(
     verbose: Annotated[
         bool,
         typer.Option(
-            "--verbose", "-v", help="Time both ways of resampling on each device; keep the faster."
+            "--verbose",
+            "-v",
+            help="Time and check the ways of resampling on each device; keep the faster.",
         ),
     ] = False,
     json: Json = False,
@@ -29,7 +32,16 @@ def command(
     report = find_devices(measure=verbose)
     if json:
         print_json(report.data())
-        return
+    else:
+        _tell(report)
+    wrong = [d.address for d in report.devices if d.resampling and d.resampling.is_wrong]
+    if wrong:
+        raise DeviceError(
+            f"device {', '.join(wrong)} computes wrong pixels: update its driver, or pass another --device"
+        )
+
+
+def _tell(report: DevicesReport) -> None:
     for device in report.devices:
         typer.echo(f"{device.address:<6}{device.name} ({device.kind})")
         for label, text in _facts(device):
@@ -56,4 +68,7 @@ def _facts(device: DeviceReport) -> list[tuple[str, str]]:
             first = how.first_seconds[strategy]
             text = f"{ms:.2f} ms a 1920x1080 frame, the first two {first:.2f} s"
             facts.append((f"  {strategy}", text))
+    if how.deviation is not None:
+        verdict = "WRONG, do not use it" if how.is_wrong else "as it should be"
+        facts.append(("  checked", f"{how.deviation:.2g} of 255 levels off NumPy: {verdict}"))
     return facts

@@ -7,19 +7,29 @@ from typing import Any
 
 from ..errors import DeviceError
 
+# Levels of 8 bits that an engine may be off float64: one of rounding, and one that 8 bits of a place allow.
+MOST_DEVIATION = 1.0
+
 
 @dataclass(frozen=True)
 class StrategyReport:
     """How a device resamples, and what was measured (None where it was not).
 
     ``strategy``: ``baked`` maps or ``direct``, coordinates on the fly. ``milliseconds``: a 1920x1080 yuv420p
-    frame, bilinear, by strategy. ``first_seconds``: its first two frames, by strategy.
+    frame, bilinear, by strategy. ``first_seconds``: its first two frames, by strategy. ``deviation``: the
+    most that the strategy was off the NumPy engine, in levels of 8 bits.
     """
 
     strategy: str
     measured: bool
     milliseconds: dict[str, float] | None = None
     first_seconds: dict[str, float] | None = None
+    deviation: float | None = None
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether the device computed what it should not: its driver is at fault."""
+        return self.deviation is not None and self.deviation > MOST_DEVIATION
 
 
 @dataclass(frozen=True)
@@ -63,7 +73,7 @@ class DevicesReport:
 
 
 def find_devices(measure: bool = False) -> DevicesReport:
-    """List the OpenCL devices; with ``measure`` time both strategies on each and remember the faster."""
+    """List the OpenCL devices; with ``measure`` time and check each, and remember its faster strategy."""
     from ..remap.opencl_device import choose_device, list_devices
 
     try:
@@ -99,6 +109,7 @@ def _resampling(entry: Any, measure: bool) -> StrategyReport | None:
     """How the device resamples; None where it cannot be used."""
     from ..remap.opencl_choice import choose_strategy, is_remembered, remember
     from ..remap.opencl_device import session
+    from ..remap.opencl_measure import deviation
     from ..remap.opencl_measure import measure as time_strategies
 
     try:
@@ -106,7 +117,8 @@ def _resampling(entry: Any, measure: bool) -> StrategyReport | None:
         if not measure:
             return StrategyReport(choose_strategy(opened), is_remembered(opened))
         found = time_strategies(entry.address)
+        off = deviation(entry.address, found.best)
     except DeviceError:
         return None
     remember(opened, found.best)
-    return StrategyReport(found.best, True, found.milliseconds, found.first_seconds)
+    return StrategyReport(found.best, True, found.milliseconds, found.first_seconds, off)

@@ -1,4 +1,4 @@
-"""Measure a device: frame by frame, one strategy and the other in turn."""
+"""Measure a device: how fast its strategies are, and whether it computes what it should."""
 
 from __future__ import annotations
 
@@ -11,11 +11,20 @@ import numpy as np
 from ..model import DivisionModel
 from .geometry import OutputGeometry
 from .grid import plane_grids
+from .interpolation import TAPS
 from .layout import frame_layout
+from .numpy_engine import NumpyEngine
 from .opencl_choice import STRATEGIES
 from .opencl_engine import OpenCLEngine
 
-# What is measured: frames of a usual kind, often enough for a median.
+# What is checked: every kernel on small frames of noise, with borders, a fold and an odd size.
+_CHECK_SIZE = (150, 37)
+_CHECK_FORMATS = ("yuv420p", "yuv420p10le", "nv12", "bgr24")
+_CHECK_MODELS = (
+    DivisionModel(-8e-5, (70.3, 19.6), _CHECK_SIZE),
+    DivisionModel(4e-5, (74.8, 17.1), _CHECK_SIZE, lam2=-4e-9),
+)
+# What is timed: frames of a usual kind, often enough for a median.
 PIX_FMT, SIZE, INTERPOLATION = "yuv420p", (1920, 1080), "bilinear"
 _FRAMES = 15
 
@@ -56,3 +65,29 @@ def measure(address: str) -> Measurement:
         {s: median(times[2:]) * 1e3 for s, times in seconds.items()},
         {s: sum(times[:2]) for s, times in seconds.items()},
     )
+
+
+def deviation(address: str, strategy: str) -> float:
+    """Return how far a device is off the NumPy engine at most, in levels of 8 bits.
+
+    1 is what the kernels promise. More tells of a driver that miscompiles them. Nearest is left out: where
+    two samples are about as near, either is right.
+    """
+    worst = 0.0
+    geometry = OutputGeometry(_CHECK_SIZE, _CHECK_SIZE)
+    rng = np.random.default_rng(0)
+    for pix_fmt in _CHECK_FORMATS:
+        layout = frame_layout(pix_fmt, _CHECK_SIZE, full_range=False)
+        grids = plane_grids(layout, geometry)
+        planes = [rng.integers(0, p.maximum + 1, p.shape).astype(p.dtype) for p in layout.planes]
+        for interpolation in list(TAPS)[1:]:
+            exact = NumpyEngine(grids, interpolation)
+            engine = OpenCLEngine(grids, interpolation, address, strategy)
+            for model in _CHECK_MODELS:
+                want, got = layout.empty(), layout.empty()
+                exact.submit(model, planes, want)
+                engine.submit(model, planes, got).wait()
+                for plane, a, b in zip(layout.planes, want, got, strict=True):
+                    off = np.abs(a.astype(np.int32) - b).max() / 2.0 ** (plane.depth - 8)
+                    worst = max(worst, float(off))
+    return worst

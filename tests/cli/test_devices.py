@@ -36,9 +36,20 @@ def test_devices_as_json_measures_when_asked_and_remembers(endocal: Endocal) -> 
     measured = json.loads(endocal("devices", "--json", "-v").out)["devices"][0]["resampling"]
     assert measured["strategy"] == min(measured["milliseconds"], key=measured["milliseconds"].get)
     assert all(seconds > 0 for seconds in measured["first_seconds"].values())
+    assert 0 < measured["deviation"] <= 1
     after = json.loads(endocal("devices", "--json").out)["devices"][0]["resampling"]
     assert after["measured"]
     assert after["strategy"] == measured["strategy"]
+
+
+def test_a_device_that_computes_wrong_pixels_is_told(
+    endocal: Endocal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("endocal.remap.opencl_measure.deviation", lambda *_: 3.0)
+    shown = endocal("devices", "-v")
+    assert shown.code == 1
+    assert "3 of 255 levels off NumPy: WRONG" in shown.out
+    assert "device 0:0 computes wrong pixels" in shown.err
 
 
 def test_devices_without_opencl_says_what_to_do(

@@ -8,6 +8,7 @@ import pytest
 from endocal.remap.engine import FrameRemapper
 from endocal.remap.grid import plane_grids
 from endocal.remap.numpy_engine import NumpyEngine
+from endocal.remap.opencl_device import DeviceSession
 from endocal.remap.opencl_engine import OpenCLEngine
 from tests.remap.cases import CASES, FORMATS, INTERPOLATIONS, expected
 
@@ -75,3 +76,13 @@ def test_every_model_and_view_matches_the_reference(engine, case):
 def test_chroma_locations_match_the_reference(engine, location):
     for pix_fmt in ("yuv420p", "nv12", "yuv422p"):
         check(engine, pix_fmt, "barrel", "bilinear", location)
+
+
+@pytest.mark.parametrize("lanes", [8, 16])
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_vectors_of_either_length_match_the_reference(monkeypatch, lanes, interpolation):
+    # A device takes one of them; a driver's fault in the other would show on the next machine alone.
+    monkeypatch.setattr(DeviceSession, "lanes", lanes)
+    for pix_fmt in ("yuv420p", "yuv420p10le", "nv12"):
+        for case in ("barrel", "pincushion", "two parameters"):
+            check("opencl baked", pix_fmt, case, interpolation)
