@@ -34,6 +34,8 @@ SHORT_OF_FOLD = 0.98
 OUTLYING = 5.0
 # A picture whose residual is this many times larger under the common model than under its own is left out.
 OUTLYING_PICTURE = 2.5
+# Straightness that a model monotonic over all of the content may cost.
+ALMOST_AS_STRAIGHT = 1.15
 
 
 @dataclass(frozen=True)
@@ -139,16 +141,29 @@ def _refine(scene: Scene, spec: CalibrationSpec, found: Found) -> tuple[Refined,
     prior, views = scene.prior, scene.views
     reach = reach_of(views, prior.center)
     start = best_start(views, found.params, reach, prior)
-    refined, content = None, 0.0
-    if start is not None:
-        content = scene.content_radius(start[1:3])
-        refined = refine(views, start, reach, prior, spec.model == "division2", content)
-    if refined is None:
+    refined = None if start is None else refine(views, start, reach, prior)
+    if start is None or refined is None:
         raise CalibrationError(
             "no straight lines found: a sharp picture of a chessboard or of straight lines that fills"
             " the view is needed"
         )
-    return refined, content
+    if spec.model == "division":
+        return refined, 0.0
+    # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
+    # sphere has content that no flat picture holds: then as far as the lines reach.
+    radii = (scene.content_radius(start[1:3]), 1.02 * _farthest(refined))
+    whole, seen = (refine(views, start, reach, prior, True, radius) for radius in radii)
+    if seen is None or (
+        whole is not None and whole.fit.sigma <= ALMOST_AS_STRAIGHT * seen.fit.sigma
+    ):
+        return (whole or refined), radii[0]
+    return seen, radii[1]
+
+
+def _farthest(refined: Refined) -> float:
+    """The distance in px of the farthest measured point from the distortion centre."""
+    offsets = refined.measured.points - refined.fit.params[1:3]
+    return float(np.linalg.norm(offsets, axis=1).max())
 
 
 def _calibration(
@@ -178,7 +193,7 @@ def _evidence(
     entropy: float,
 ) -> Evidence:
     fit, m = refined.fit, refined.measured
-    radius = float(np.linalg.norm(m.points - fit.params[1:3], axis=1).max())
+    radius = _farthest(refined)
     # Two parameters balance each other: what counts is the bending they make together, well outside.
     mix = np.zeros(len(fit.params))
     mix[0] = 1.0
@@ -201,6 +216,7 @@ def _evidence(
         short_side=min(scene.square_size),
         explained=len(m.points) / max(sum(len(view.edges) for view in scene.views), 1),
         board=refined.board,
+        second=len(fit.params) > 3,
     )
 
 

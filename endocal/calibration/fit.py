@@ -11,8 +11,6 @@ from .straightness import LEAST_DENOMINATOR, Floats, Labels, residuals, two_side
 
 # How far bright areas may seem to grow, px: one standard deviation of what is believed beforehand.
 GROWTH_SPREAD = 0.5
-# What a model pays for folding, against what the prior costs.
-FOLD_PENALTY = 1e3
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
 
@@ -83,6 +81,8 @@ def fit_model(
     def params(x: Floats) -> Floats:
         out = start.copy()
         out[free] += x[: len(free)] * unit
+        if len(out) > 3 and monotonic > 0:
+            out[3] = np.clip(out[3], *_second_range(out[0], monotonic))
         return out
 
     def misfit(x: Floats) -> Floats:
@@ -92,8 +92,7 @@ def fit_model(
         if not prior.fixed:
             beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
         r = residuals(points, labels, at, weights, sides, growth)
-        fold = FOLD_PENALTY * pull * _fold(at, monotonic) if len(at) > 3 else []
-        return np.concatenate([r, pull * np.array(beliefs), fold])
+        return np.concatenate([r, pull * np.array(beliefs)])
 
     n = len(points)
     x = np.zeros(len(free) + grows)
@@ -123,12 +122,15 @@ def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
     return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
 
 
-def _fold(params: Floats, radius: float) -> Floats:
-    """How far a two-parameter model is from staying positive and monotonic, at some radii: 0 is well."""
-    q = (radius * np.linspace(0.5, 1, 12)) ** 2
-    positive = 1 + q * (params[0] + q * params[3])
-    rising = 1 - q * (params[0] + 3 * q * params[3])
-    return np.maximum(0, LEAST_DENOMINATOR - np.minimum(positive, rising))
+def _second_range(lam: float, radius: float) -> tuple[float, float]:
+    """The range of lam2 in which 1 + lam q + lam2 q^2 and 1 - lam q - 3 lam2 q^2 stay positive.
+
+    That is, in which the map is positive and monotonic for q up to ``radius`` squared.
+    """
+    q = (radius * np.linspace(0.1, 1, 64)) ** 2
+    low = (LEAST_DENOMINATOR - 1 - lam * q) / q**2
+    high = (1 - LEAST_DENOMINATOR - lam * q) / (3 * q**2)
+    return float(low.max()), float(high.min())
 
 
 def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: ignore[no-untyped-def]
@@ -145,7 +147,8 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002).
     """
     count = int(labels.max()) + 1
-    unit = np.abs(fit.jacobian).max(axis=0)
+    # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
+    unit = np.maximum(np.abs(fit.jacobian).max(axis=0), 1e-100)
     j = fit.jacobian / unit
     size = (fit.residuals / fit.softness) ** 2
     influence = fit.residuals / (1 + size)

@@ -47,6 +47,7 @@ class Evidence:
     short_side: float
     explained: float  # share of edge points on lines
     board: bool  # whether a chessboard was seen
+    second: bool = False  # whether the model has two parameters
 
 
 def judge(e: Evidence) -> Quality:
@@ -66,7 +67,8 @@ def judge(e: Evidence) -> Quality:
         failed.append(f"the lines stay {e.rms:.2f} px from straight: the model does not fit them")
     elif rough > ROUGH:
         doubts.append(
-            f"residuals above noise: the lines stay {e.rms:.2f} px from straight; --model division2 may fit"
+            f"residuals above noise: the lines stay {e.rms:.2f} px from straight"
+            + ("" if e.second else "; --model division2 may fit")
         )
     if not e.board and rough > ROUGH_WITHOUT_BOARD:
         failed.append(
@@ -96,8 +98,8 @@ def judge(e: Evidence) -> Quality:
         doubts.append("lambda is at its bound: the model folds right behind the outermost points")
     elif e.fold_radius <= e.content_radius:
         doubts.append(
-            f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies"
-            " beyond is lost; try --model division2"
+            f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies beyond is"
+            " lost" + ("" if e.second else "; try --model division2")
         )
     verdict = "failed" if failed else "doubtful" if doubts else "good"
     return Quality(

@@ -33,6 +33,10 @@ FEWEST_POINTS = 25
 FEWEST_LINES = 3
 # Profiles reach this far to both sides of a line, px, and lines nearer than TWINS px are one.
 PROFILE_REACH = 3
+# Two starts that end this near to each other, as a share of the reach, ended in one place; and a model
+# that moved by less than STABLE would group the points as before. At most so many groupings.
+ALIKE, STABLE = 0.015, 0.003
+MOST_PASSES = 3
 TWINS = 1.0
 
 
@@ -86,7 +90,7 @@ def best_start(views: Sequence[View], found: Floats, reach: float, prior: Prior)
             continue
         ends.append(end)
         best = min(ends, key=lambda e: e[0])
-        if sum(_same(best[1], other, reach) for _, other in ends) > 1:
+        if sum(_same(best[1], other, reach, ALIKE) for _, other in ends) > 1:
             return best[1]
     return min(ends, key=lambda e: e[0])[1] if ends else None
 
@@ -107,10 +111,12 @@ def _improved(
     return float(np.mean([g.entropy() for g in groups])), params
 
 
-def _same(a: Floats, b: Floats, reach: float) -> bool:
-    """Whether two models are one but for noise."""
-    turn = abs(a[0] - b[0]) * reach**2
-    return bool(turn < 0.02 and np.hypot(*(a[1:3] - b[1:3])) < 0.01 * reach)
+def _same(a: Floats, b: Floats, reach: float, tolerance: float) -> bool:
+    """Whether two models bend the farthest points, and put the centre, alike to a share of the reach."""
+    bent = (a[0] - b[0]) * reach**2
+    if len(a) > 3:
+        bent += (a[3] - (b[3] if len(b) > 3 else 0.0)) * reach**4
+    return bool(abs(bent) < tolerance and np.hypot(*(a[1:3] - b[1:3])) < tolerance * reach)
 
 
 def refine(
@@ -123,8 +129,26 @@ def refine(
 ) -> Refined | None:
     """Fit the model from ``start``; with ``second``, lam2 too, monotonic within ``content`` px.
 
+    The points are grouped again under each better model, since a poor one breaks long lines into pieces.
     None where too few lines hold.
     """
+    best = _refined_once(views, start, reach, prior, second, content)
+    for _ in range(MOST_PASSES - 1):
+        if best is None or _same(best.fit.params, start, reach, STABLE):
+            break
+        start = best.fit.params
+        best = _refined_once(views, start, reach, prior, second, content) or best
+    return best
+
+
+def _refined_once(
+    views: Sequence[View],
+    start: Floats,
+    reach: float,
+    prior: Prior,
+    second: bool,
+    content: float,
+) -> Refined | None:
     params, sigma = start, 1.0
     spec = LineSpec(0.0, np.deg2rad(6), FEWEST_POINTS, SHORTEST_SPAN * reach)
     for distance in GROUP_ROUNDS:
@@ -134,7 +158,7 @@ def refine(
             return None
         fit = fit_model(points, labels, params, reach, prior, 0.5)
         params, sigma = fit.params, fit.sigma
-    if second:
+    if second and len(params) < 4:
         params = np.append(params, 0.0)
     lines = []
     for view, g in zip(views, groups, strict=True):
