@@ -22,7 +22,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("calibrate", "zoomtable"),
     "Correct": ("correct",),
     "Look and convert": ("show", "boundary"),
-    "Check and measure": ("synth", "devices", "bench"),
+    "Check and measure": ("check", "synth", "devices", "bench"),
 }
 
 # Set by the shell when it asks for completions; typer answers instead of running anything.

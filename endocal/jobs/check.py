@@ -1,0 +1,174 @@
+"""Calibrate again from the recorded pictures and compare: the job behind ``endocal check``."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..calibration.recorded import spec_of
+from ..calibration.result import Calibration, SourceImage, Uncertainty
+from ..errors import InputError, UsageError
+from ..files import dumps, load, loads, read_picture_bytes
+from ..files.names import shown
+from .calibrate import calibrate_files
+
+TOLERANCE = 0.1
+# Standard deviations that stand in where none are stated: of lambdas as a share of themselves, and of the
+# centre in px. A search without refinement repeats itself far better than that.
+UNSTATED_SHARE = 0.01
+UNSTATED_CENTER = 1.0
+
+
+@dataclass(frozen=True)
+class CheckSpec:
+    """What to check.
+
+    ``file`` is a calibration; its pictures are looked for beside it, or anywhere below ``images``.
+    ``tolerance``, in stated standard deviations, is how far a number may move.
+    """
+
+    file: str
+    images: str | None = None
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.tolerance < float("inf"):
+            raise UsageError(f"--tolerance {self.tolerance:g}: 0 or more is needed")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of the model: as recorded, as found now, and how far apart the two may be, in ``unit``."""
+
+    name: str
+    unit: str
+    recorded: float
+    found: float
+    allowed: float
+
+    @property
+    def moved(self) -> float:
+        """How far it moved."""
+        return abs(self.found - self.recorded)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it moved no farther than it may."""
+        return self.moved <= self.allowed
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name} moved by {self.moved:.2g} {self.unit}, where {self.allowed:.2g} is allowed:"
+            f" {self.recorded:.9g} recorded, {self.found:.9g} found"
+        )
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """The numbers, the verdicts (None: none recorded), and the paths of the pictures."""
+
+    file: str
+    tolerance: float
+    numbers: tuple[Number, ...]
+    recorded_verdict: str | None
+    found_verdict: str | None
+    pictures: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no number moved farther than it may."""
+        return all(number.passed for number in self.numbers)
+
+    def data(self) -> dict[str, Any]:
+        """Return the report as plain data."""
+        numbers = [{**asdict(n), "moved": n.moved, "passed": n.passed} for n in self.numbers]
+        return {**asdict(self), "numbers": numbers, "passed": self.passed}
+
+
+def check(spec: CheckSpec) -> CheckReport:
+    """Calibrate again from the pictures that a calibration names, with its own options, and compare.
+
+    Raises InputError for a file that is no calibration or names no pictures, for a picture that is not
+    found or is another one by its SHA-256; CalibrationError where no line is found in them now.
+    """
+    recorded = load(spec.file)
+    name = "<stdin>" if spec.file == "-" else shown(spec.file)
+    if not isinstance(recorded, Calibration):
+        raise InputError(f"{name}: is a zoom table; check the calibrations that it was made of")
+    images = recorded.source.images if recorded.source else ()
+    if not images:
+        raise InputError(f"{name}: names no picture that it was made from; calibrate anew")
+    pictures = tuple(_find(image, spec, name) for image in images)
+    try:
+        again = calibrate_files(pictures, spec_of(recorded))
+    except UsageError as error:
+        raise InputError(f"{name}: [source] {error}") from None
+    # As it would be written: numbers are rounded well below their uncertainty.
+    found = loads(dumps(again))
+    assert isinstance(found, Calibration)
+    if found.model.size != recorded.model.size:
+        raise InputError(
+            f"{name}: [model] size is {_size(recorded)}, but its pictures are {_size(found)}"
+        )
+    return CheckReport(
+        file=spec.file,
+        tolerance=spec.tolerance,
+        numbers=tuple(_compared(recorded, found, spec.tolerance)),
+        recorded_verdict=recorded.quality.verdict if recorded.quality else None,
+        found_verdict=found.quality.verdict if found.quality else None,
+        pictures=pictures,
+    )
+
+
+def _find(image: SourceImage, spec: CheckSpec, name: str) -> str:
+    """Return the path of the picture of that name and SHA-256."""
+    if not image.sha256:
+        raise InputError(
+            f"{name}: holds no SHA-256 of {shown(image.file)}, so that nothing proves it"
+        )
+    candidates = _candidates(Path(image.file).name, spec)
+    for path in candidates:
+        if hashlib.sha256(read_picture_bytes(path)).hexdigest() == image.sha256.lower():
+            return str(path)
+    if candidates:
+        raise InputError(
+            f"{shown(candidates[0])}: is not the picture that {name} was made from: its SHA-256 differs"
+        )
+    where = f"below {shown(spec.images)}" if spec.images else f"beside {name}"
+    raise InputError(
+        f"{name}: its picture {shown(image.file)} is not {where}: name its folder with --images DIR"
+    )
+
+
+def _candidates(file: str, spec: CheckSpec) -> list[Path]:
+    """The files of that name beside the calibration, or anywhere below the folder of pictures."""
+    if spec.images is None:
+        beside = (Path() if spec.file == "-" else Path(spec.file).parent) / file
+        return [beside] if beside.is_file() else []
+    if not Path(spec.images).is_dir():
+        raise InputError(f"{shown(spec.images)}: no such folder of pictures")
+    return sorted(Path(folder) / file for folder, _, files in os.walk(spec.images) if file in files)
+
+
+def _compared(recorded: Calibration, found: Calibration, tolerance: float) -> Iterator[Number]:
+    a, b = recorded.model, found.model
+    sigma = recorded.uncertainty or Uncertainty(
+        UNSTATED_SHARE * abs(a.lam),
+        (UNSTATED_CENTER, UNSTATED_CENTER),
+        UNSTATED_SHARE * abs(a.lam2),
+    )
+    yield Number("lambda", "px^-2", a.lam, b.lam, tolerance * sigma.lam)
+    if a.lam2 or b.lam2:
+        allowed = tolerance * (UNSTATED_SHARE * abs(a.lam2) if sigma.lam2 is None else sigma.lam2)
+        yield Number("lambda2", "px^-4", a.lam2, b.lam2, allowed)
+    for i, axis in enumerate("xy"):
+        allowed = tolerance * sigma.center[i]
+        yield Number(f"center {axis}", "px", a.center[i], b.center[i], allowed)
+
+
+def _size(calibration: Calibration) -> str:
+    return "x".join(str(n) for n in calibration.model.size)
