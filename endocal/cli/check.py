@@ -51,6 +51,5 @@ def command(
             )
     if report.recorded_verdict not in (None, report.found_verdict):
         note(f"the verdict was {report.recorded_verdict} and is {report.found_verdict} now")
-    moved = "; ".join(str(n) for n in report.numbers if not n.passed)
-    if moved:
-        raise CalibrationError(f"{file}: {moved}")
+    if report.failures:
+        raise CalibrationError(f"{file}: {'; '.join(report.failures)}")

@@ -79,14 +79,17 @@ class CheckReport:
     pictures: tuple[str, ...]
 
     @property
-    def passed(self) -> bool:
-        """Whether no number moved farther than it may."""
-        return all(number.passed for number in self.numbers)
+    def failures(self) -> tuple[str, ...]:
+        """What makes the check fail, in words: each number that moved too far, a verdict of failed."""
+        moved = [str(number) for number in self.numbers if not number.passed]
+        if self.found_verdict == "failed" != self.recorded_verdict:
+            moved.append("the verdict is failed now")
+        return tuple(moved)
 
     def data(self) -> dict[str, Any]:
         """Return the report as plain data."""
         numbers = [{**asdict(n), "moved": n.moved, "passed": n.passed} for n in self.numbers]
-        return {**asdict(self), "numbers": numbers, "passed": self.passed}
+        return {**asdict(self), "numbers": numbers, "passed": not self.failures}
 
 
 def check(spec: CheckSpec) -> CheckReport:

@@ -62,7 +62,7 @@ def run(folder: Path, **options: object) -> CheckReport:
 
 def test_the_same_pictures_give_the_same_numbers(recorded: Path) -> None:
     report = run(recorded)
-    assert report.passed
+    assert not report.failures
     assert [n.name for n in report.numbers] == ["lambda", "center x", "center y"]
     # On one machine nothing differs; the tolerance is for other machines.
     assert all(n.moved == 0 < n.allowed for n in report.numbers)
@@ -75,7 +75,7 @@ def test_the_recorded_options_are_used(folder: Path) -> None:
     file = folder / "other.toml"
     save(calibrate_files([folder / "board-1.png"], spec), file)
     report = check(CheckSpec(str(file)))
-    assert report.passed
+    assert not report.failures
     assert report.numbers[1].found == 359.5  # the middle of 720 px
     by_default = check(CheckSpec(str(folder / "cal.toml")))
     assert report.numbers[0].found != by_default.numbers[0].found
@@ -98,7 +98,7 @@ def test_a_number_that_moved_is_named(
     edited(file, model=moved)
     failing = [n.name for n in run(folder).numbers if not n.passed]
     assert failing == ([name] if sigmas > 0.1 else [])
-    assert run(folder, tolerance=0.5).passed
+    assert not run(folder, tolerance=0.5).failures
 
 
 def test_the_second_lambda_is_compared_too(folder: Path, again: list[CalibrationSpec]) -> None:
@@ -127,7 +127,7 @@ def test_a_centre_that_was_given_must_not_move_at_all(
     lam = load(folder / "cal.toml").uncertainty.lam
     edited(folder / "cal.toml", uncertainty=Uncertainty(lam, (0.0, 0.0)))
     report = run(folder)
-    assert report.passed
+    assert not report.failures
     assert report.numbers[1].allowed == 0
 
 
@@ -181,7 +181,7 @@ def test_a_sum_in_capitals_is_the_same_sum(folder: Path, again: list[Calibration
     sha256 = hashlib.sha256((folder / "board-1.png").read_bytes()).hexdigest().upper()
     image = replace(calibration.source.images[0], sha256=sha256)
     edited(folder / "cal.toml", source=replace(calibration.source, images=(image,)))
-    assert run(folder).passed
+    assert not run(folder).failures
 
 
 @pytest.mark.parametrize("source", [None, Source()])
@@ -212,6 +212,17 @@ def test_a_frame_size_that_is_not_the_pictures_is_told(
     edited(folder / "cal.toml", model=replace(model, size=(724, 540)))
     with pytest.raises(InputError, match="size is 724x540, but its pictures are 720x540"):
         run(folder)
+
+
+@pytest.mark.parametrize("before", ["good", "failed"])
+def test_a_verdict_that_is_failed_now_fails(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, before: str
+) -> None:
+    calibration = load(folder / "cal.toml")
+    failed = replace(calibration, quality=replace(calibration.quality, verdict="failed"))
+    monkeypatch.setattr(job, "calibrate_files", lambda paths, spec: failed)
+    edited(folder / "cal.toml", quality=replace(calibration.quality, verdict=before))
+    assert bool(run(folder).failures) == (before == "good")
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, float("nan"), float("inf")])
