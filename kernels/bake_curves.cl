@@ -9,8 +9,10 @@ static inline void fit_cubic(
 {
     const float outer = 0.92387953f, inner = 0.38268343f;
     const float outer2 = outer * outer, inner2 = inner * inner;
-    const real even_outer = 0.5f * (at[3] + at[0]), even_inner = 0.5f * (at[2] + at[1]);
-    const real odd_outer = (0.5f / outer) * (at[3] - at[0]), odd_inner = (0.5f / inner) * (at[2] - at[1]);
+    const real even_outer = 0.5f * (at[3] + at[0]);
+    const real even_inner = 0.5f * (at[2] + at[1]);
+    const real odd_outer = (0.5f / outer) * (at[3] - at[0]);
+    const real odd_inner = (0.5f / inner) * (at[2] - at[1]);
     c[2] = (even_outer - even_inner) * (1.0f / (outer2 - inner2));
     c[0] = even_inner - c[2] * inner2;
     c[3] = (odd_outer - odd_inner) * (1.0f / (outer2 - inner2));
@@ -30,14 +32,14 @@ static inline void cubic_bounds(
     *high = fmax(fmax(first, last), even + fabs(odd));
 }
 
-// What places along x are shifted by, source samples: half a sample where their whole part is to be the nearest
-// sample, half of 1/256 where 8 bits of the fraction will be used.
+// What places along x are shifted by, source samples: half a sample where their whole part is to be the
+// nearest sample, half of 1/256 where 8 bits of their fraction will be used.
 #define SHIFT_X (INTERPOLATION == BILINEAR && WORD_BYTES == 1 ? 0.5f / 256.0f : ROUNDING)
 
 kernel void bake_curves(
-    constant struct mapping *map,
-    global struct curve *restrict curves,    // out: curves_in_row for each row
-    const int curves_in_row,
+    constant struct mapping *map,            // the plane's
+    global struct curve *restrict curves,    // out: curves_in_row for each output row
+    const int curves_in_row,                 // curves
     const int length_log2)                   // of the output samples in a curve
 {
     const float nodes[6] = {-0.92387953f, -0.38268343f, 0.38268343f, 0.92387953f, 0.0f, 1.0f};
@@ -59,8 +61,10 @@ kernel void bake_curves(
         cubic_bounds(y, &low_y, &high_y);
         // A little more than rounding may move a place.
         const float margin = 1.0f / 1024.0f;
-        const whole base_x = floor_whole(low_x + SHIFT_X - margin), base_y = floor_whole(low_y + ROUNDING - margin);
-        const whole last_x = floor_whole(high_x + SHIFT_X + margin), last_y = floor_whole(high_y + ROUNDING + margin);
+        const whole base_x = floor_whole(low_x + SHIFT_X - margin);
+        const whole last_x = floor_whole(high_x + SHIFT_X + margin);
+        const whole base_y = floor_whole(low_y + ROUNDING - margin);
+        const whole last_y = floor_whole(high_y + ROUNDING + margin);
         const whole left = start + base_x + FIRST_TAP, upper = row + base_y + FIRST_TAP;
         const whole inside =
             (error <= CURVE_ERROR) & (left >= 0) & (upper >= 0)
@@ -86,7 +90,6 @@ kernel void bake_curves(
             out->base_x = facts.each[0][k];
             out->base_y = facts.each[1][k];
             out->kind = facts.each[2][k] ? CURVE_INSIDE : CURVE_EXACT;
-            out->unused = 0;
         }
     }
 }

@@ -10,7 +10,7 @@ static inline MANY(ushort) share_of(MANY(ushort) value, MANY(ushort) share)
 // With 8 bits of the fraction along x, 12 along y, and an error of 2/256 of a level from the halves cut off.
 static inline MANY(WORD) blend(
     const strip_of_runs (*runs)[RUNS],   // of the two rows of taps
-    int component,
+    int component,                       // which of COMPONENTS
     whole x,                             // fraction, in 1 / ONE source sample
     whole y,                             // fraction, in 1 / ONE source sample
     float maximum,                       // the largest value; a mean of values never exceeds it
@@ -19,14 +19,16 @@ static inline MANY(WORD) blend(
     const int left = component, right = COMPONENTS + component;
     const MANY(ushort) fx = TO(ushort, x >> 4), gx = (ushort)256 - fx;
     const MANY(ushort) fy = TO(ushort, y << 4), gy = (ushort)65535 - fy;
-    const MANY(ushort) top = VALUES(ushort, runs[0], left, v) * gx + VALUES(ushort, runs[0], right, v) * fx;
-    const MANY(ushort) bottom = VALUES(ushort, runs[1], left, v) * gx + VALUES(ushort, runs[1], right, v) * fx;
+    const MANY(ushort) top =
+        VALUES(ushort, runs[0], left, v) * gx + VALUES(ushort, runs[0], right, v) * fx;
+    const MANY(ushort) bottom =
+        VALUES(ushort, runs[1], left, v) * gx + VALUES(ushort, runs[1], right, v) * fx;
     return TO(WORD, (share_of(top, gy) + share_of(bottom, fy) + (ushort)128) >> (ushort)8);
 }
 #elif INTERPOLATION != NEAREST
 static inline MANY(WORD) blend(
     const strip_of_runs (*runs)[RUNS],   // of the rows of taps
-    int component,
+    int component,                       // which of COMPONENTS
     whole x,                             // fraction, in 1 / ONE source sample
     whole y,                             // fraction, in 1 / ONE source sample
     float maximum,                       // the largest value that the plane's depth holds
@@ -39,8 +41,10 @@ static inline MANY(WORD) blend(
     for (int b = 0; b < TAPS; ++b) {
         real line = 0.0f;
         #pragma unroll
-        for (int a = 0; a < TAPS; ++a)
-            line += wx[a] * TO(float, TO(int, VALUES(uint, runs[b], a * COMPONENTS + component, v) >> DEPTH_SHIFT));
+        for (int a = 0; a < TAPS; ++a) {
+            const MANY(uint) words = VALUES(uint, runs[b], a * COMPONENTS + component, v);
+            line += wx[a] * TO(float, TO(int, words >> DEPTH_SHIFT));
+        }
         sum += wy[b] * line;
     }
     const real zero = 0.0f, most = maximum;

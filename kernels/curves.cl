@@ -2,15 +2,15 @@
 // Within a few dozen samples a cubic through four exact places is as good as the exact place of each; where
 // it is not, the curve says so and its samples are worked out one by one.
 
-#define ONE 4096                 // of a place: a source sample, in units of a place
+#define ONE 4096                 // a source sample, in the units of places
 #define CURVE_INSIDE 0           // every tap lies in the plane and the cubic holds
 #define CURVE_EXACT 1            // samples must be worked out one by one
 
 struct curve {
-    float x[4], y[4];            // places from the base, as powers of u = -1 (first sample) ... 1 (last sample)
+    float x[4], y[4];            // place from the base, 1 / ONE source sample: factors of u^0 ... u^3,
+                                 // u running from -1 (first sample) to 1 (last sample)
     int base_x, base_y;          // first tap of the least place, source samples
     int kind;                    // CURVE_INSIDE or CURVE_EXACT
-    int unused;
 };
 
 // Places of neighbouring samples in whole numbers. Adding 1.5 * 2^23 leaves no bits for a fraction, so that

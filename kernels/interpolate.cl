@@ -44,8 +44,8 @@ static inline void tap_weights(
     w[2] = ((-1.5f * f + 2.0f) * f + 0.5f) * f;
     w[3] = (0.5f * f - 0.5f) * f * f;
 #else
-    // sinc(d) sinc(d/3) goes with sin(pi d) sin(pi d/3) / d^2, at the distances d = f + 2 ... f - 3. The first
-    // sine only changes its sign from tap to tap; the second repeats, but for its sign, every third tap.
+    // sinc(d) sinc(d/3) goes with sin(pi d) sin(pi d/3) / d^2, at the distances d = f + 2 ... f - 3. The
+    // first sine only changes its sign from tap to tap; the second repeats, but for its sign, every third.
     // All are multiplied by f (1 - f) / sin(pi f), so that nothing is divided by zero at a whole position.
     const real u = 1.0f - f;
     const real fu = f * u;
@@ -62,8 +62,8 @@ static inline void tap_weights(
 #endif
 }
 
-// How much of a luma pixel centred on a position lies inside the frame along one axis: 1 inside, falling to 0
-// over the pixel beyond the outermost samples. For nearest all or nothing: whether the nearest sample exists.
+// How much of a luma pixel centred on a position lies inside the frame along one axis: 1 inside, falling to
+// 0 over the pixel beyond the outermost samples. For nearest all or nothing: whether the nearest sample exists.
 static inline real share_inside(
     real position,    // source samples
     float origin,     // luma coordinate of source sample 0, luma px

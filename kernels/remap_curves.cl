@@ -16,9 +16,9 @@ kernel void remap_curves(
     const int source_pitch,              // words from row to row of the source
     global WORD *restrict output,        // output plane, from its first sample
     const int output_pitch,              // words from row to row of the output
-    constant struct mapping *map,
-    global const struct curve *restrict curves,  // curves_in_row for each row
-    const int curves_in_row,
+    constant struct mapping *map,        // the plane's
+    global const struct curve *restrict curves,  // curves_in_row for each output row
+    const int curves_in_row,             // curves
     const int length_log2)               // of the output samples in a curve: LANES to STRIP of them
 {
     const int row = get_global_id(0), samples = 1 << length_log2, in_strip = STRIP >> length_log2;

@@ -5,10 +5,11 @@ kernel void remap_direct(
     const int source_pitch,              // words from row to row of the source
     global WORD *restrict output,        // output plane, from its first sample
     const int output_pitch,              // words from row to row of the output
-    constant struct mapping *map)
+    constant struct mapping *map)        // the plane's
 {
     const int column = get_global_id(0), row = get_global_id(1);
     if (column < map->output_width && row < map->output_height)
         remap_anywhere(
-            map, source, source_pitch, output + (long)row * output_pitch + column * COMPONENTS, column, row, 1);
+            map, source, source_pitch, output + (long)row * output_pitch + column * COMPONENTS,
+            column, row, 1);
 }

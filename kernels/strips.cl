@@ -1,7 +1,6 @@
 // Strips of STRIP neighbouring output samples of one row, for CPUs: worked on in vectors of LANES but for the
 // loads from the source, which go one sample at a time and read all taps of a row at once.
-// Build options: STRIP (a multiple of LANES), RUN (uchar, ushort, uint or ulong: what
-// one load reads).
+// Build options: STRIP (a multiple of LANES), RUN (uchar, ushort, uint or ulong: what one load reads).
 struct __attribute__((packed)) unaligned_run { RUN bits; };
 struct __attribute__((packed)) unaligned_words { MANY(WORD) words; };
 #define RUN_WORDS ((int)(sizeof(RUN) / sizeof(WORD)))
@@ -56,5 +55,6 @@ static void remap_exact(
 {
     for (int first = 0; first < count; first += LANES)
         remap_anywhere(
-            map, source, source_pitch, target + first * COMPONENTS, column + first, row, min(LANES, count - first));
+            map, source, source_pitch, target + first * COMPONENTS, column + first, row,
+            min(LANES, count - first));
 }

@@ -11,6 +11,7 @@ from importlib import resources
 import pyopencl as cl
 
 from ..errors import DeviceError
+from .pocl_linker import provide_linker
 from .pocl_processor import name_unknown_processor
 
 _INSTALL = (
@@ -129,6 +130,8 @@ class DeviceSession:
         self.name = listed.name
         self.is_cpu = listed.kind == "CPU"
         name_unknown_processor(self.device.int_ptr, self.device.version)
+        if "PoCL" in self.device.version:
+            provide_linker()
         try:
             self.context = cl.Context([self.device])
         except cl.Error as error:

@@ -19,7 +19,7 @@ STRIP = 64
 # The most that a curve may be off, source samples: it moves a value of white noise by less than half a
 # level of 8 bits, and where a curve is off by more the kernel works without it.
 _CURVE_ERROR = 1 / 2048
-_CURVE_BYTES = 48  # of struct curve in kernels/curves.cl
+_CURVE_BYTES = 44  # of struct curve in kernels/curves.cl
 # From the root of the one-parameter model, this many Newton steps reach single precision.
 _NEWTON_STEPS = 6
 # Work-groups of the GPU kernel, samples: a row's neighbours together, so that their loads share lines.
@@ -84,8 +84,9 @@ class OpenCLPlane:
         planes = (source, np.int32(source_pitch), output, np.int32(output_pitch), self._mapping)
         columns, rows = self._grid.output.size
         if self._direct:
-            groups = (-(-columns // _GROUP[0]) * _GROUP[0], -(-rows // _GROUP[1]) * _GROUP[1])
-            self._remap(queue, groups, _GROUP, *planes)
+            across, down = _GROUP if self._session.device.max_work_group_size >= 256 else (8, 4)
+            whole_groups = (-(-columns // across) * across, -(-rows // down) * down)
+            self._remap(queue, whole_groups, (across, down), *planes)
         else:
             self._remap(queue, (rows,), (1,), *planes, *self._map())
 
