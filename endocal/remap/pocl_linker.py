@@ -269,8 +269,8 @@ class _Linker:
         words = [1, count, min(1, count - 1), 0, *chain]
         struct.pack_into(f"<{len(words)}I", self.image, self.hash_start, *words)
         self.image[self.names_start : self.names_start + len(self.names)] = self.names
-        for i, row in enumerate(self.dynamic_relocations):
-            struct.pack_into("<QQq", self.image, self.rela_start + 24 * i, *row)
+        for i, relocation in enumerate(self.dynamic_relocations):
+            struct.pack_into("<QQq", self.image, self.rela_start + 24 * i, *relocation)
         self._write_dynamic()
         ident = b"\x7fELF\x02\x01\x01" + bytes(9)
         fields = (_SHARED, _X86_64, 1, 0, 64, 0, 0, 64, 56, 4, 64, 0, 0)
@@ -284,8 +284,8 @@ class _Linker:
                 (_STACK, 6, 0, 0),
             ]
         ):
-            row = (kind, flags, first, first, first, size, size, _PAGE if kind == _LOAD else 8)
-            struct.pack_into("<IIQQQQQQ", self.image, 64 + 56 * i, *row)
+            header = (kind, flags, first, first, first, size, size, _PAGE if kind == _LOAD else 8)
+            struct.pack_into("<IIQQQQQQ", self.image, 64 + 56 * i, *header)
 
     def _write_dynamic(self) -> None:
         library = self.libraries_start
