@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import cv2
@@ -18,8 +19,10 @@ _LINES = 135
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
+Array = NDArray[np.float32]
+
 # Every so many rows and columns of samples are scanned for the rim.
-_ROWS, _COLUMNS = 2, 3
+_ROWS, _COLUMNS = 3, 4
 # By so many samples the scan finds the rim too far out, as a rule.
 _WIDENING = 0.75
 # Side of a corner's patch, in samples.
@@ -75,14 +78,23 @@ def thin(frame: Frame) -> Samples | None:
 
 def _dark(thinned: NDArray[np.uint8]) -> Dark:
     """Take the outside from the darkest and evenest corner: a logo may lie over one of them."""
-    k = _CORNER
-    corners = np.stack([thinned[:k, :k], thinned[:k, -k:], thinned[-k:, :k], thinned[-k:, -k:]])
-    corners = corners.reshape(4, k * k)
+    corners = thinned[_corner_places()]
     corners.sort(axis=1)
-    middle, upper = (corners[:, i].tolist() for i in (k * k // 2, int(k * k * 0.84)))
+    count = corners.shape[1]
+    middle, upper = corners[:, count // 2].tolist(), corners[:, int(count * 0.84)].tolist()
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
     total, level = min((m + u, m) for m, u in zip(middle, upper, strict=True))
     return Dark(float(level), max(total - 2.0 * level, 0.5), 0.0).raised(0.0)
+
+
+@lru_cache(maxsize=1)
+def _corner_places() -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows and columns, (4, n) each, of the samples in the four corners."""
+    near = np.arange(_CORNER)
+    ends = (near, near - _CORNER)
+    rows = [np.repeat(end, _CORNER) for end in ends for _ in ends]
+    columns = [np.tile(end, _CORNER) for _ in ends for end in ends]
+    return np.stack(rows), np.stack(columns)
 
 
 def first_circle(
@@ -97,23 +109,29 @@ def first_circle(
     h, w = values.shape
     upright = np.ascontiguousarray(values[::_ROWS])
     turned = np.ascontiguousarray(cv2.transpose(values)[::_COLUMNS])
-    threshold = samples.dark.threshold
     # Along each line, how many samples come before the first lit one, from either end.
-    sides = [
-        (lines > threshold).argmax(axis=1)
-        for lines in (upright, cv2.flip(upright, 1), turned, cv2.flip(turned, 1))
+    firsts = [
+        above(np.concatenate((lines, cv2.flip(lines, 1))), samples.dark.threshold).argmax(axis=1)
+        for lines in (upright, turned)
     ]
-    edges = [_straight_edge(first) for first in sides]
-    rows, columns = _lines(h, w)
-    x = np.concatenate((sides[0], w - 1 - sides[1], columns, columns), dtype=np.float32)
-    y = np.concatenate((rows, rows, sides[2], h - 1 - sides[3]), dtype=np.float32)
+    first = np.concatenate(firsts).astype(np.float32)
     # A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
-    keep = np.concatenate(
-        [f > 1 if e == 0 else (f > 1) & (abs(f - e) > 1) for f, e in zip(sides, edges, strict=True)]
-    )
+    keep = first > 1
+    n, m = len(upright), len(turned)
+    bounds = (0, n, 2 * n, 2 * n + m, 2 * n + 2 * m)
+    is_level = first[1:] == first[:-1]
+    edges = [0, 0, 0, 0]
+    for side, (begin, end) in enumerate(pairwise(bounds)):
+        if np.count_nonzero(is_level[begin : end - 1]) > _STRAIGHT / 2 * (end - begin):
+            edges[side] = edge = _straight_edge(first[begin:end])
+            if edge:
+                keep[begin:end] &= np.abs(first[begin:end] - edge) > 1
+    lines_x, lines_y, sign_x, sign_y = _scan_lines(h, w)
+    x, y = lines_x + sign_x * first, lines_y + sign_y * first
     ax = frame.pixel_aspect * step
-    x, y = x[keep] * np.float32(ax), y[keep] * np.float32(step)
-    circle = consensus_circle(x, y, radii, 1.5 * step)
+    circle = consensus_circle(
+        x[keep] * np.float32(ax), y[keep] * np.float32(step), radii, 1.5 * step
+    )
     if circle is None:
         return None
     # The smoothing, and a threshold near black, widen the content by this much.
@@ -129,14 +147,27 @@ def first_circle(
 
 
 @lru_cache(maxsize=4)
-def _lines(height: int, width: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The rows and the columns that are scanned."""
-    return np.arange(0, height, _ROWS), np.arange(0, width, _COLUMNS)
+def _scan_lines(height: int, width: int) -> tuple[Array, Array, Array, Array]:
+    """Return where each scan starts, x and y, and the direction in which it goes."""
+    rows = np.arange(0, height, _ROWS, dtype=np.float32)
+    columns = np.arange(0, width, _COLUMNS, dtype=np.float32)
+    across, down = np.zeros_like(rows), np.zeros_like(columns)
+    return (
+        np.concatenate((across, across + (width - 1), columns, columns)),
+        np.concatenate((rows, rows, down, down + (height - 1))),
+        np.concatenate((across + 1, across - 1, down, down)),
+        np.concatenate((across, across, down + 1, down - 1)),
+    )
 
 
-def _straight_edge(first: NDArray[np.intp]) -> int:
+def above(values: NDArray[np.uint8], threshold: float) -> NDArray[np.bool_]:
+    """Say which values exceed the threshold; comparing bytes with bytes is five times as fast."""
+    return values > np.uint8(min(max(threshold, 0.0), 255.0))
+
+
+def _straight_edge(first: Array) -> int:
     """Return where the content begins along a straight line, or 0 where it does not."""
-    counts = np.bincount(first)
+    counts = np.bincount(first.astype(np.intp))
     if len(counts) < 3:
         return 0
     counts[:2] = 0

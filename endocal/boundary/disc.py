@@ -26,7 +26,7 @@ def whole_frame(size: tuple[int, int], pixel_aspect: float) -> Box:
 
 def visible_fraction(circle: Circle, box: Box) -> float:
     """Return the fraction of the circle's circumference inside the box, 0 to 1."""
-    if _is_inside(circle, box):
+    if lies_within(circle, 0.0, box):
         return 1.0
     cuts = [0.0, 2 * math.pi]
     for edge, at, vertical in (
@@ -53,14 +53,15 @@ def visible_fraction(circle: Circle, box: Box) -> float:
     return inside / (2 * math.pi)
 
 
-def _is_inside(circle: Circle, box: Box) -> bool:
-    x, y, r = circle
+def lies_within(circle: Circle, margin: float, box: Box) -> bool:
+    """Say whether the circle, widened by ``margin``, lies in the box as a whole."""
+    x, y, r = circle.x, circle.y, circle.radius + margin
     return box.left <= x - r and x + r <= box.right and box.top <= y - r and y + r <= box.bottom
 
 
 def disc_area(circle: Circle, box: Box) -> float:
     """Return the area of the disc inside the box."""
-    if _is_inside(circle, box):
+    if lies_within(circle, 0.0, box):
         return math.pi * circle.radius**2
     left, right = box.left - circle.x, box.right - circle.x
     top, bottom = box.top - circle.y, box.bottom - circle.y

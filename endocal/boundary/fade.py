@@ -30,7 +30,7 @@ _TEXTURE = 0.15
 # The crossings' scatter and the centre's standard deviation, of the radius, in what still is a circle.
 _TOLERANCE, _CENTER_TOLERANCE = 0.02, 0.007
 # A fade takes longer than a step, so that more of the visible rim has to show it.
-_SUPPORT = 0.5
+_SUPPORT = 0.6
 # Fewer radii than this do not tell a fade.
 _LEAST = 0.06 * DIRECTIONS
 

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float32]
 
-_HYPOTHESES = 96
+# Triples that are tried at first, and those that follow where no circle has this share of the points.
+_HYPOTHESES, _CLEAR = (40, 120), 0.6
 # Points that every hypothesis is tried on; more would cost time and hardly change the winner.
-_JURY = 112
+_JURY = 96
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
-_FIT_ROUNDS, _SETTLED = 12, 0.02
+_FIT_ROUNDS, _SETTLED = 12, 0.03
 
 
 class Circle(NamedTuple):
@@ -51,7 +52,9 @@ def _low_discrepancy(columns: int) -> Array:
     return (steps[:, None] * np.arange(1, columns + 1) % 1).astype(np.float32)
 
 
-_TRIPLES = _low_discrepancy(_HYPOTHESES)
+_FIRST_TRIPLES, _MORE_TRIPLES = np.split(
+    _low_discrepancy(sum(_HYPOTHESES)), [_HYPOTHESES[0]], axis=1
+)
 
 
 def consensus_circle(
@@ -70,27 +73,43 @@ def consensus_circle(
     points[0] = x - x[0]
     points[1] = y - y[0]
     points[2] = 1
-    points[3] = points[0] ** 2 + points[1] ** 2
-    circles = _circles_through(points[:2, (_TRIPLES * n).astype(np.intp)])
-    cx, cy, radius = circles
-    # |distance - radius| < tolerance, with squares in place of roots.
-    test = np.empty((_HYPOTHESES, 4), np.float32)
-    test[:, 0] = -2 * cx
-    test[:, 1] = -2 * cy
-    test[:, 2] = cx * cx + cy * cy - radius * radius - tolerance * tolerance
-    test[:, 3] = 1
-    stride = -(-n // _JURY)
-    apart = np.abs(test @ points[:, ::stride])
-    votes = np.count_nonzero(apart < (2 * tolerance * radius)[:, None], axis=1)
-    votes[(radius < radii[0]) | (radius > radii[1])] = -1
-    best = int(votes.argmax())
-    if votes[best] < 0:
+    points[3] = points[0] * points[0] + points[1] * points[1]
+    jury = points[:, :: -(-n // _JURY)]
+    best, test, votes = None, None, 0
+    for triples in (_FIRST_TRIPLES, _MORE_TRIPLES):
+        circles = _circles_through(points[:2, (triples * n).astype(np.intp)])
+        tests = _membership(circles, tolerance)
+        agree = np.abs(tests @ jury) < (2 * tolerance * circles[2])[:, None]
+        counts = agree.astype(np.float32) @ np.ones(jury.shape[1], np.float32)
+        counts[(circles[2] < radii[0]) | (circles[2] > radii[1])] = 0
+        winner = int(counts.argmax())
+        if counts[winner] > votes:
+            votes = counts[winner]
+            best, test = Circle(*circles[:, winner].tolist()), tests[winner]
+        # Where most points agree, more triples would only find the same circle again.
+        if votes > _CLEAR * jury.shape[1]:
+            break
+    if best is None or test is None:
         return None
-    near = np.abs(test[best] @ points) < 2 * tolerance * radius[best]
+    near = np.abs(test @ points) < 2 * tolerance * best.radius
     found = _algebraic_circle(points[:, near])
     if found is None or not radii[0] <= found.radius <= radii[1]:
-        found = Circle(*circles[:, best].tolist())
+        found = best
     return Circle(found.x + float(x[0]), found.y + float(y[0]), found.radius)
+
+
+def _membership(circles: Array, tolerance: float) -> Array:
+    """Return rows (m, 4) whose product with (x, y, 1, x^2 + y^2) tells a point's distance from each circle.
+
+    |product| < 2 tolerance radius means |distance - radius| < tolerance, with squares in place of roots.
+    """
+    cx, cy, radius = circles
+    rows = np.empty((len(cx), 4), np.float32)
+    rows[:, 0] = -2 * cx
+    rows[:, 1] = -2 * cy
+    rows[:, 2] = cx * cx + cy * cy - radius * radius - tolerance * tolerance
+    rows[:, 3] = 1
+    return rows
 
 
 def _circles_through(triples: Array) -> Array:
@@ -104,7 +123,9 @@ def _circles_through(triples: Array) -> Array:
     ux, uy = (by * a2 - ay * b2) / twice_area, (ax * b2 - bx * a2) / twice_area
     radius = np.sqrt(ux * ux + uy * uy)
     radius[on_a_line] = 0
-    return np.stack([ux + x0, uy + y0, radius])
+    circles = np.empty((3, len(x0)), np.float32)
+    circles[0], circles[1], circles[2] = ux + x0, uy + y0, radius
+    return circles
 
 
 def _algebraic_circle(points: Array) -> Circle | None:
@@ -140,6 +161,7 @@ def fit_offsets(
     rows[0], rows[1], rows[2], rows[3] = cosine, sine, 1, offset
     trusted = rows if trust is None else rows * (trust / trust.max())
     shift = (0.0, 0.0, 0.0)
+    minus = np.array([0, 0, 0, -1], np.float32)
     scale, limit = math.inf, reach
     weight = np.ones(n, np.float32)
     inverse = None
@@ -149,14 +171,16 @@ def fit_offsets(
         if inverse is None:
             return None
         last, shift = shift, _times(inverse, [row[3] for row in normal[:3]])
-        residual = np.array([-shift[0], -shift[1], -shift[2], 1], np.float32) @ rows
+        minus[:3] = shift
+        residual = minus @ rows
         np.abs(residual, out=residual)
         ordered = residual.copy()
         ordered.partition(n // 2)
         scale = max(_MAD_TO_SIGMA * float(ordered[n // 2]), floor)
-        if limit <= scale and max(abs(a - b) for a, b in zip(shift, last, strict=True)) < _SETTLED:
+        moved = max(abs(shift[0] - last[0]), abs(shift[1] - last[1]), abs(shift[2] - last[2]))
+        if limit <= scale and moved < _SETTLED:
             break
-        limit = max(limit / 3, scale)
+        limit = max(limit / 4, scale)
         residual *= np.float32(1 / (_TUKEY * limit))
         weight = np.maximum(1 - residual * residual, 0)
         weight *= weight

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coarse import Dark
-from .disc import Box
+from .disc import Box, lies_within
 from .fit import Circle, fit_offsets
 from .frame import Frame
 
 Array = NDArray[np.float32]
 
+# Radii along which the rim is looked at, evenly spread over the circle.
+DIRECTIONS = 128
 # Samples of a profile on each side of the expected rim, and in each of the two means that make an edge.
 _REACH = 12
 _MEAN = 3
@@ -28,11 +30,10 @@ _FRAME_EDGE = 3.0
 _ACCEPTED = 3.15
 # With rim points on fewer radii there is no telling.
 _FEWEST = 6
+_ALL = np.ones(DIRECTIONS, np.bool_)
+# A peak flatter than this, in levels, is none: its place is that of its highest sample.
+_LEAST_BEND = np.float32(1e-3)
 _THIRDS = np.full(_MEAN, 1 / _MEAN, np.float32)
-
-
-# Radii along which the rim is looked at, evenly spread over the circle.
-DIRECTIONS = 128
 
 
 class Rim(NamedTuple):
@@ -60,8 +61,9 @@ def directions() -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=1)
-def _rows() -> NDArray[np.intp]:
-    return np.arange(DIRECTIONS)
+def _row_starts() -> NDArray[np.intp]:
+    """Where each radius begins in the flattened edges."""
+    return np.arange(DIRECTIONS) * _edge_operator().shape[1]
 
 
 @lru_cache(maxsize=1)
@@ -125,23 +127,29 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
     """
     spacing = half / _REACH
     cosine, sine = directions()
-    seen = inside_box(circle, _MARGIN * half, box)
+    is_whole = lies_within(circle, half + _FRAME_EDGE, box)
+    seen = _ALL if is_whole else inside_box(circle, _MARGIN * half, box)
     profile = profiles(frame, circle, _steps() * np.float32(spacing))
     edges = profile @ _edge_operator()
     at = edges.argmax(axis=1)
     at = np.minimum(np.maximum(at, 1), edges.shape[1] - 2)
     # The peak, to a fraction of a sample, by a parabola through it and its neighbours.
-    before, middle, after = edges[_rows(), at - 1], edges[_rows(), at], edges[_rows(), at + 1]
-    bend = np.minimum(before + after - 2 * middle, np.float32(-1e-6))
-    offset = (after - before) / (-2 * bend)
-    np.minimum(np.maximum(offset, -1, out=offset), 1, out=offset)
-    offset += at
+    flat, place = edges.ravel(), at + _row_starts()
+    before, middle, after = flat.take(place - 1), flat.take(place), flat.take(place + 1)
+    bend = middle - before
+    bend += middle
+    bend -= after
+    offset = (after - before) / np.maximum(bend, _LEAST_BEND)
+    offset *= np.float32(0.5)
+    offset += at.astype(np.float32)
     offset += _MEAN - _REACH
     offset *= np.float32(spacing)
     outside = profile[:, -_MEAN:] @ _THIRDS
     is_dark = seen & (outside < dark.threshold + dark.noise)
-    clear = _inside(circle, cosine, sine, offset + np.float32(_FRAME_EDGE), box)
-    usable = np.flatnonzero(is_dark & (middle > dark.contrast) & clear)
+    is_rim = is_dark & (middle > dark.contrast)
+    if not is_whole:
+        is_rim &= _inside(circle, cosine, sine, offset + np.float32(_FRAME_EDGE), box)
+    usable = np.flatnonzero(is_rim)
     if len(usable) < _FEWEST:
         return None
     fitted = fit_offsets(cosine[usable], sine[usable], offset[usable], 0.25 * spacing, half / 3)
@@ -160,14 +168,23 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         int(np.count_nonzero(is_dark)),
         len(usable),
         count,
-        _sharpness(profile[usable].sum(axis=0)),
+        _sharpness(is_rim.astype(np.float32) @ profile),
         count * math.log(gain),
     )
 
 
 def _sharpness(profile: Array) -> float:
     """Return the fall over the middle half as a share of the whole: 1 for a step, a half for a slope."""
-    quarter = _REACH // 2
-    ends = [float(profile[k : k + _MEAN].sum()) for k in (0, quarter, -quarter - _MEAN, -_MEAN)]
-    whole = ends[0] - ends[3]
-    return (ends[1] - ends[2]) / whole if whole > 0 else 0.0
+    first, second, third, last = (profile @ _quarters()).tolist()
+    return (second - third) / (first - last) if first > last else 0.0
+
+
+@lru_cache(maxsize=1)
+def _quarters() -> Array:
+    """The matrix that turns a profile into its means at both ends and about its quarters."""
+    samples = 2 * _REACH + 1
+    operator = np.zeros((samples, 4), np.float32)
+    starts = (0, _REACH // 2, samples - _REACH // 2 - _MEAN, samples - _MEAN)
+    for column, start in enumerate(starts):
+        operator[start : start + _MEAN, column] = 1 / _MEAN
+    return operator

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .coarse import Samples, first_circle
+from .coarse import Samples, above, first_circle
 from .disc import Box, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
@@ -172,26 +172,28 @@ class Search:
         something round.
         """
         values, step, dark = self.samples
-        thinned = values[::_APART, ::_APART]
+        thinned = np.ascontiguousarray(values[::_APART, ::_APART])
         apart = np.float32(_APART * step)
         x = np.arange(thinned.shape[1], dtype=np.float32) * (
             apart * np.float32(self.frame.pixel_aspect)
         ) - np.float32(circle.x)
         y = np.arange(thinned.shape[0], dtype=np.float32) * apart - np.float32(circle.y)
         distance2 = x * x + (y * y)[:, None]
-        near = thinned[distance2 > (1.02 * circle.radius + 2 * step) ** 2]
-        far = thinned[distance2 > (_FAR * circle.radius) ** 2]
+        near = distance2 > (1.02 * circle.radius + 2 * step) ** 2
+        far = distance2 > (_FAR * circle.radius) ** 2
         spared = 0.0 if dark.has_glare else self.spec.logos * thinned.size
-        if not self._are_few(near > dark.threshold, spared):
+        if not self._are_few(near, above(thinned, dark.threshold), spared):
             return False
-        if len(far) < _ENOUGH:
+        if int(np.count_nonzero(far)) < _ENOUGH:
             return not dark.has_glare
         # Flat, too: darker places than a corner that seemed black tell of a scene as brighter ones do.
         slack = _FLAT + dark.noise / 2
-        return self._are_few(far > dark.level + slack, spared) and self._are_few(
-            far < dark.level - slack
-        )
+        if not self._are_few(far, above(thinned, dark.level + slack), spared):
+            return False
+        return dark.level <= slack or self._are_few(far, ~above(thinned, dark.level - slack))
 
-    def _are_few(self, exceptions: NDArray[np.bool_], spared: float = 0.0) -> bool:
-        allowed = self.spec.max_bright_outside * len(exceptions) + spared
-        return int(np.count_nonzero(exceptions)) <= allowed
+    def _are_few(
+        self, where: NDArray[np.bool_], exceptions: NDArray[np.bool_], spared: float = 0.0
+    ) -> bool:
+        allowed = self.spec.max_bright_outside * int(np.count_nonzero(where)) + spared
+        return int(np.count_nonzero(where & exceptions)) <= allowed
