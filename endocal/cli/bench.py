@@ -8,7 +8,11 @@ import typer
 
 from .options import Device, Json, note, parse_size, print_json
 
-EXAMPLES = ("endocal bench remap --size 3840x2160", "endocal bench calibrate")
+EXAMPLES = (
+    "endocal bench remap --size 3840x2160",
+    "endocal bench calibrate",
+    "endocal bench boundary",
+)
 
 group = typer.Typer(help="Time endocal beside its peers, in the same run.", no_args_is_help=True)
 
@@ -68,4 +72,35 @@ def calibrate(
     typer.echo(
         f"endocal calibrate on a {whole.size[0]}x{whole.size[1]} board, all of it:"
         f" {whole.time.median:.2f} / {whole.time.least:.2f} / {whole.time.processor:.2f}"
+    )
+
+
+@group.command("boundary")
+def boundary(
+    rounds: Annotated[int, typer.Option(min=1, help="How often the frames are gone through.")] = 12,
+    json: Json = False,
+) -> None:
+    """Finding the visible circle, on one core, beside the article's contour in the same run."""
+    from ..benchmarks.boundary import ARTICLE_RATE, ARTICLE_SIZE, run
+
+    report = run(rounds=rounds)
+    if json:
+        print_json(report.data())
+        return
+    typer.echo("frames per second of one core, median (best) of the rounds:")
+    typer.echo(
+        f"{'size':<11}{'each frame anew':>20}{'after the last':>20}{'contour alone':>20}  article"
+    )
+    for row in report.rows:
+        pairs = (
+            (row.cold, row.cold_best),
+            (row.warm, row.warm_best),
+            (row.contour, row.contour_best),
+        )
+        figures = "".join(f"{f'{m:.0f} ({b:.0f})':>20}" for m, b in pairs)
+        article = f"{ARTICLE_RATE:>9}" if row.size == ARTICLE_SIZE else ""
+        typer.echo(f"{f'{row.size[0]}x{row.size[1]}':<11}{figures}{article}")
+    typer.echo(
+        f"median error, diameter or centre: {report.error:.2f} px, contour alone"
+        f" {report.contour_error:.2f} px"
     )
