@@ -95,6 +95,8 @@ def _between_crossings(
     for line in np.flatnonzero(board):
         own = np.flatnonzero(measured.labels == line)
         at = np.sort(changes.index[crossing & (changes.labels == line)])
+        if len(at) < FEWEST_CROSSINGS:  # the last line that it met has just been dropped
+            continue
         first = at[0] - LAST_SQUARE * (at[1] - at[0])
         last = at[-1] + LAST_SQUARE * (at[-1] - at[-2])
         keep[own[(own >= first) & (own <= last)]] = True
