@@ -69,15 +69,26 @@ static void blend_strip(
             target[k * COMPONENTS + c] = source[offset->each[k] + c];
 #else
     strip_of_runs runs[TAPS][RUNS];
+    global const WORD *lines[TAPS];      // the source, down by one row each
+    for (int b = 0; b < TAPS; ++b)
+        lines[b] = source + b * source_pitch;
     #pragma clang loop vectorize(disable) unroll_count(2)
     for (int k = 0; k < STRIP; ++k) {
-        global const WORD *from = source + offset->each[k];
+        const int from = offset->each[k];
         #pragma unroll
-        for (int b = 0; b < TAPS; ++b, from += source_pitch)
+        for (int b = 0; b < TAPS; ++b)
             #pragma unroll
             for (int n = 0; n < RUNS; ++n)
-                runs[b][n].each[k] = load_run(from + n * RUN_WORDS);
+                runs[b][n].each[k] = load_run(lines[b] + from + n * RUN_WORDS);
     }
+#if COMPONENTS == 1
+    if (count == STRIP) {
+        for (int v = 0; v < STRIP / LANES; ++v)
+            ((global struct unaligned_words *)target)[v].words =
+                blend(runs, 0, x->lanes[v], y->lanes[v], maximum, v);
+        return;
+    }
+#endif
     for (int c = 0; c < COMPONENTS; ++c) {
         strip_of_words values;
         for (int v = 0; v < STRIP / LANES; ++v)

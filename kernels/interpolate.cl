@@ -63,7 +63,7 @@ static inline void tap_weights(
 }
 
 // How much of a luma pixel centred on a position lies inside the frame along one axis: 1 inside, falling to
-// 0 over the pixel beyond the outermost samples. For nearest all or nothing: whether the nearest sample exists.
+// 0 over the pixel beyond the outermost samples. For nearest all or nothing: if the nearest sample exists.
 static inline real share_inside(
     real position,    // source samples
     float origin,     // luma coordinate of source sample 0, luma px

@@ -23,6 +23,9 @@ kernel void remap_curves(
 {
     const int row = get_global_id(0), samples = 1 << length_log2, in_strip = STRIP >> length_log2;
     const float scale = 2.0f / (samples - 1);
+    real along[STRIP / LANES];           // where on its curve each sample of a strip is, -1 to 1
+    for (int v = 0; v < STRIP / LANES; ++v)
+        along[v] = ((v * LANES & (samples - 1)) + LANE_NUMBERS) * scale - 1.0f;
     global const struct curve *here = curves + row * curves_in_row;
     for (int column = 0; column < map->output_width; column += STRIP, here += in_strip) {
         const int count = min(STRIP, map->output_width - column);
@@ -32,15 +35,15 @@ kernel void remap_curves(
             continue;
         }
         strip_of_int offset, x, y;
-        for (int v = 0; v < STRIP / LANES; ++v) {
-            const int first = (v * LANES) & (samples - 1);
-            global const struct curve *curve = here + (v * LANES >> length_log2);
-            const real u = (first + LANE_NUMBERS) * scale - 1.0f;
-            const whole place_x = places(curve->x, u), place_y = places(curve->y, u);
+        int v = 0;
+        for (global const struct curve *curve = here; curve < here + in_strip; ++curve) {
             const int base = curve->base_y * source_pitch + curve->base_x * COMPONENTS;
-            offset.lanes[v] = base + (place_y >> 12) * source_pitch + (place_x >> 12) * COMPONENTS;
-            x.lanes[v] = place_x & (ONE - 1);
-            y.lanes[v] = place_y & (ONE - 1);
+            for (const int end = v + samples / LANES; v < end; ++v) {
+                const whole place_x = places(curve->x, along[v]), place_y = places(curve->y, along[v]);
+                offset.lanes[v] = base + (place_y >> 12) * source_pitch + (place_x >> 12) * COMPONENTS;
+                x.lanes[v] = place_x & (ONE - 1);
+                y.lanes[v] = place_y & (ONE - 1);
+            }
         }
         blend_strip(source, source_pitch, map->maximum, &offset, &x, &y, target, count);
     }

@@ -97,13 +97,12 @@ def run(size: tuple[int, int] = SIZE, device: str = "auto", repeats: int = REPEA
         bench.zoom("yuv420p"),
     ]
     clocks: list[tuple[list[_Sample], list[_Sample]]] = [([], []) for _ in pairs]
-    for pair in pairs:
-        for call in (pair.ours, pair.peers):
-            for _ in range(3):  # build, bake, warm up
-                call()
-    for _ in range(repeats):
-        # All in turn, so that what else the machine does falls on all alike.
-        for pair, (ours, peers) in zip(pairs, clocks, strict=True):
+    for pair, (ours, peers) in zip(pairs, clocks, strict=True):
+        for _ in range(3):  # build, bake, warm up
+            pair.ours()
+            pair.peers()
+        for _ in range(repeats):
+            # In turn, so that what else the machine does falls on both alike.
             ours.append(_time(pair.ours))
             peers.append(_time(pair.peers))
     rows = [
