@@ -83,6 +83,10 @@ def judge(e: Evidence) -> Quality:
         relative = e.lam_sigma / abs(e.lam) if e.lam else float("inf")
         if abs(e.lam) < SIGNIFICANT * e.lam_sigma:
             doubts.append("the distortion is within its uncertainty of zero")
+            if not e.board and (e.lines < FEW_LINES or e.explained < LITTLE_WITHOUT_BOARD):
+                failed.append(
+                    "no pattern seen that could tell: show a chessboard or parallel lines"
+                )
         elif relative > FAILED_LAMBDA:
             failed.append(
                 f"lambda is known to {relative:.0%} only: show more lines, nearer to the rim"

@@ -153,7 +153,15 @@ def text() -> np.ndarray:
     return page
 
 
-@pytest.mark.parametrize("picture", [blank(), noise(), circle()], ids=["blank", "noise", "circle"])
+def one_bar() -> np.ndarray:
+    return cv2.line(np.full((480, 640), 200, np.uint8), (30, 100), (600, 140), 20, 6, cv2.LINE_AA)
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [blank(), noise(), circle(), one_bar()],
+    ids=["blank", "noise", "circle", "one bar"],
+)
 def test_pictures_without_lines_are_refused(picture: np.ndarray) -> None:
     try:
         result = calibrate(picture)

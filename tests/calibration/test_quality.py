@@ -57,6 +57,8 @@ def test_each_doubt_is_named(change: dict, reason: str) -> None:
         ({"lines": 3}, "only 3 straight lines"),
         ({"rms": 4.0}, "does not fit"),
         ({"rms": 0.5, "board": False}, "no chessboard seen"),
+        ({"lam_sigma": 1e-6, "lines": 6, "board": False}, "no pattern seen"),
+        ({"lam_sigma": 1e-6, "explained": 0.1, "board": False}, "no pattern seen"),
     ],
 )
 def test_what_cannot_be_trusted_fails(change: dict, reason: str) -> None:
