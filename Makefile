@@ -6,10 +6,10 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test lint format bench sample-data docs package clean
+.PHONY: help install demo test lint format bench bench-calibration sample-data docs package clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-18s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 install: $(INSTALLED) ## Make .venv with endocal (editable) and all that developing it needs
 
@@ -37,6 +37,11 @@ format: $(INSTALLED) ## Bring the code into shape
 
 bench: $(INSTALLED) ## Time endocal beside its peers, in the same run
 	$(BIN)/endocal bench remap
+	$(BIN)/endocal bench calibrate
+
+bench-calibration: $(INSTALLED) ## Print how accurate calibration is, on random boards and real pictures
+	@mkdir -p build
+	$(BIN)/python bench/calibration.py --json build/calibration.json
 
 sample-data: $(INSTALLED) ## Make sample_data/ anew (the same bytes each time)
 	$(BIN)/python sample_data/make.py
