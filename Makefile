@@ -24,7 +24,7 @@ demo: $(INSTALLED) ## Calibrate, tabulate and correct the samples; leaves clip a
 	$(BIN)/python sample_data/demo.py demo
 
 test: $(INSTALLED) ## Run the tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
 lint: $(INSTALLED) ## Check style and types
 	$(BIN)/ruff check .
