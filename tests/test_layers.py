@@ -24,6 +24,7 @@ FLOORS = {
     "zoom": 3,
     "remap": 3,
     "video": 3,
+    "exchange": 4,
     "files": 4,
     "jobs": 5,
     "benchmarks": 5,
