@@ -134,7 +134,7 @@ def _closest(codec_name: str, pix_fmt: str, container: ContainerKind) -> tuple[a
         if suited is not None and container.takes_codec(name):
             return codec, suited
     raise OutputError(
-        f"no encoder suits {pix_fmt} video in this container; choose --pix-fmt or --codec"
+        f"no encoder takes {pix_fmt} video for a {container.name} file: choose another --pix-fmt"
     )
 
 

@@ -77,7 +77,7 @@ class Maker:
             sound = out.add_stream("aac", rate=48000, layout="mono")
             sound.metadata["language"] = language
             self.sounds.append(sound)
-        self.text = out.add_stream("subrip") if clip.subtitles else None
+        self.text = out.add_mux_stream("subrip") if clip.subtitles else None
         if clip.attachment is not None:
             out.add_attachment("note.txt", "text/plain", clip.attachment)
         out.metadata.update(clip.metadata)
@@ -187,15 +187,3 @@ def contents(path: Path, container_format: str | None = None) -> Contents:
                 for c in file.chapters()
             ],
         )
-
-
-def planes(frame: av.VideoFrame) -> list[np.ndarray]:
-    """The bytes of each plane without their padding, by way of the library's own copy."""
-    out = []
-    for plane in frame.planes:
-        rows = np.frombuffer(bytes(plane), np.uint8).reshape(plane.height, -1)
-        used = plane.width * max(
-            1, frame.format.components[0].bits // 8 + (frame.format.components[0].bits % 8 > 0)
-        )
-        out.append(rows[:, :used])
-    return out
