@@ -10,6 +10,7 @@ from .options import Device, Json, note, parse_size, print_json
 
 EXAMPLES = (
     "endocal bench remap --size 3840x2160",
+    "endocal bench table4 --device numpy --repeats 1",
     "endocal bench calibrate",
     "endocal bench boundary",
 )
@@ -41,6 +42,31 @@ def remap(
         )
         ratio = f"{row.ratio:5.2f}x ({row.processor_ratio:.2f}x)"
         typer.echo(f"{row.work:<50}{ours}   {row.peer:<34}{peers}  {ratio}")
+
+
+@group.command("table4")
+def table4(
+    device: Device = "auto",
+    repeats: Annotated[int, typer.Option(min=1, help="How often each size is done.")] = 20,
+    json: Json = False,
+) -> None:
+    """Colour frames at the sizes of the article's Table IV, beside its rates."""
+    from ..benchmarks.table4 import run
+
+    report = run(device, repeats)
+    if json:
+        print_json(report.data())
+        return
+    typer.echo(f"Frames per second on {report.device}, bilinear, median of {repeats}")
+    typer.echo(
+        "size        with transfers  kernel alone  of the copy rate  article: 1 core, 4, GPU"
+    )
+    for row in report.rows:
+        size = f"{row.size[0]}x{row.size[1]}"
+        alone = "-" if row.kernel_per_second is None else f"{row.kernel_per_second:.1f}"
+        share = "-" if row.copy_share is None else f"{row.copy_share:.0%}"
+        article = ", ".join(f"{rate:g}" for rate in row.article)
+        typer.echo(f"{size:<12}{row.frames_per_second:14.1f}  {alone:>12}  {share:>16}  {article}")
 
 
 @group.command("calibrate")

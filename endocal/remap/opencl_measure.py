@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
+import pyopencl as cl
 
 from ..model import DivisionModel
 from .geometry import OutputGeometry
 from .grid import plane_grids
 from .interpolation import TAPS
-from .layout import frame_layout
+from .layout import FrameLayout, frame_layout
 from .numpy_engine import NumpyEngine
-from .opencl_choice import STRATEGIES
+from .opencl_choice import STRATEGIES, choose_strategy
+from .opencl_device import choose_device, session
 from .opencl_engine import OpenCLEngine
+from .opencl_memory import StagedPlanes
+from .opencl_plane import OpenCLPlane
 
 # What is checked: every kernel on small frames of noise, with borders, a fold and an odd size.
 _CHECK_SIZE = (150, 37)
@@ -91,3 +96,58 @@ def deviation(address: str, strategy: str) -> float:
                     off = np.abs(a.astype(np.int32) - b).max() / 2.0 ** (plane.depth - 8)
                     worst = max(worst, float(off))
     return worst
+
+
+@dataclass(frozen=True)
+class KernelSpeed:
+    """The resampling of one frame whose planes lie on the device, beside a copy of as many bytes there.
+
+    Seconds, medians; ``moved`` is in bytes: each plane read once and written once.
+    """
+
+    kernel: float
+    copy: float
+    moved: int
+
+    @property
+    def share(self) -> float:
+        """The kernel's bytes per second over those of the copy."""
+        return self.copy / self.kernel
+
+
+def kernel_speed(
+    device: str, layout: FrameLayout, model: DivisionModel, interpolation: str, repeats: int
+) -> KernelSpeed:
+    """Time the kernels alone, without the planes' way to the device and back.
+
+    The view is the frame's own. Raises DeviceError where the device does not exist.
+    """
+    listed, _ = choose_device(device)
+    opened = session(listed)
+    queue = cl.CommandQueue(opened.context)
+    grids = plane_grids(layout, OutputGeometry(layout.size, layout.size))
+    planes = [OpenCLPlane(opened, g, interpolation, choose_strategy(opened)) for g in grids]
+    memory = StagedPlanes(opened, queue, layout.planes, layout.planes)
+    memory.upload(layout.empty(), layout.empty())
+    for plane in planes:
+        plane.set_model(queue, model)
+
+    def resample() -> None:
+        for plane, source, output in zip(planes, memory.sources, memory.outputs, strict=True):
+            plane.enqueue(queue, *source, *output)
+
+    def copy() -> None:
+        for (source, _), (output, _) in zip(memory.sources, memory.outputs, strict=True):
+            cl.enqueue_copy(queue, output, source)
+
+    seconds: dict[Callable[[], None], list[float]] = {resample: [], copy: []}
+    for turn in range(2 + repeats):
+        for work, times in seconds.items():
+            queue.finish()
+            start = time.perf_counter()
+            work()
+            queue.finish()
+            if turn >= 2:
+                times.append(time.perf_counter() - start)
+    moved = 2 * sum(p.shape[0] * p.shape[1] * p.dtype.itemsize for p in layout.planes)
+    return KernelSpeed(median(seconds[resample]), median(seconds[copy]), moved)

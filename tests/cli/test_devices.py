@@ -75,6 +75,21 @@ def test_bench_remap_prints_endocal_beside_its_peers(endocal: Endocal) -> None:
         assert row["ratio"] == pytest.approx(row["peers"]["median"] / row["endocal"]["median"])
 
 
+@pytest.mark.parametrize("device", ["auto", "numpy"])
+def test_bench_table4_prints_the_articles_rates(
+    endocal: Endocal, monkeypatch: pytest.MonkeyPatch, device: str
+) -> None:
+    from endocal.benchmarks import table4
+
+    monkeypatch.setattr(table4, "ARTICLE", {(163, 109): (5.097, 16.006, 64.103)})
+    args = ("bench", "table4", "--device", device, "--repeats", "2")
+    assert "163x109" in endocal(*args).out
+    (row,) = json.loads(endocal(*args, "--json").out)["rows"]
+    assert row["article"] == [5.097, 16.006, 64.103]
+    assert row["frames_per_second"] > 0
+    assert (row["kernel_per_second"] is None) == (device == "numpy")
+
+
 def test_bench_remap_refuses_what_it_cannot_do(endocal: Endocal) -> None:
     assert "voodoo" in endocal("bench", "remap", "--device", "voodoo").fails(1)
     assert "1920" in endocal("bench", "remap", "--size", "1920").fails(2)
