@@ -23,6 +23,8 @@ _FIRST_GRID, _NEXT_GRID, _ROUNDS = 9, 5, 16
 _PERIMETER = 32  # points on each side of a rectangle while searching
 # Half the height that a crop can have, in frame sides, and how finely it is bisected.
 _LARGEST, _BISECTIONS = 64.0, 44
+_RADII = 4096  # nodes of a model's table of radii while searching
+_SHRINK = 1e-6  # of a crop that turns out to show a blank pixel after all
 _CIRCLE_POINTS = 1440  # points on the content circle: a quarter of a degree
 
 
@@ -154,11 +156,11 @@ def _crop(
     """
     w, h = models[0].size
     half = np.array([max(out[0] - 1, 1) * ratio, max(out[1] - 1, 1)]) / 2
-    coarse = _rectangle(np.linspace(-1, 1, _PERIMETER), np.linspace(-1, 1, _PERIMETER)) * half
+    contents = [_Content(m, b) for m, b in zip(models, circles, strict=True)]
 
     def fits(middles: Points, step: NDArray[np.float64], rim: Points) -> NDArray[np.bool_]:
         points = middles[:, None] + step[:, None, None] * rim
-        return np.asarray(_shows_content(models, circles, points).all(axis=1))
+        return np.all([c.shown(points).all(axis=1) for c in contents], axis=0)
 
     def largest(middles: Points, rim: Points, least: float) -> NDArray[np.float64]:
         """The largest step around each middle, or ``least`` where a larger one does not fit."""
@@ -172,6 +174,7 @@ def _crop(
         low[promising] = a
         return low
 
+    coarse = _rectangle(np.linspace(-1, 1, _PERIMETER), np.linspace(-1, 1, _PERIMETER)) * half
     best = np.array([(w - 1) / 2, (h - 1) / 2])
     if circles[0] is not None:
         best = np.array(circles[0].center)
@@ -186,27 +189,55 @@ def _crop(
         best, step = middles[np.argmax(steps)], float(steps.max())
         reach, grid = reach / 2, _NEXT_GRID
     pixels = [np.linspace(-1, 1, n) if n > 1 else np.zeros(1) for n in out]
-    step = float(largest(best[None], _rectangle(pixels[0], pixels[1]) * half, 0.0)[0])
+    rim = _rectangle(pixels[0], pixels[1]) * half
+    step = float(largest(best[None], rim, 0.0)[0])
+    while step > 0 and not all(c.surely_shown(best + step * rim) for c in contents):
+        step *= 1 - _SHRINK
     if step <= 0:
         raise InputError("the view has no rectangle without a blank pixel; use --view same or full")
     return (float(best[0]), float(best[1])), step
 
 
-def _shows_content(
-    models: Sequence[DivisionModel], circles: Sequence[Boundary | None], points: Points
-) -> NDArray[np.bool_]:
-    """Whether undistorted points (..., 2) show content under every model."""
-    shown = np.ones(points.shape[:-1], bool)
-    slack = 1e-9  # px: rounding of a point on the very edge
-    for model, circle in zip(models, circles, strict=True):
-        x, y = np.moveaxis(model.distort(points), -1, 0)
-        w, h = model.size
+class _Content:
+    """What an undistorted point shows under one model: content, or nothing."""
+
+    def __init__(self, model: DivisionModel, circle: Boundary | None) -> None:
+        self._model, self._circle = model, circle
+        (cx, cy), (w, h) = model.center, model.size
+        farthest = np.hypot(
+            max(abs(cx), abs(w - 1 - cx)) * model.pixel_aspect, max(abs(cy), abs(h - 1 - cy))
+        )
+        # Radii by the forward map, which needs no inversion: quick, and right to a small part of a pixel.
+        self._distorted = np.linspace(
+            0, min(farthest, model.valid_radius * (1 - 1e-9)) or 1.0, _RADII
+        )
+        q = self._distorted**2
+        self._undistorted = self._distorted / (1 + q * (model.lam + q * model.lam2))
+
+    def shown(self, points: Points) -> NDArray[np.bool_]:
+        """Whether undistorted points (..., 2) show content."""
+        d = points - self._model.center
+        ru = np.hypot(d[..., 0] * self._model.pixel_aspect, d[..., 1])
+        rd = np.interp(ru, self._undistorted, self._distorted, right=np.inf)
+        with np.errstate(invalid="ignore"):
+            ratio = np.where(ru > 0, rd / np.where(ru > 0, ru, 1), 1.0)
+            return self._in_content(d * ratio[..., None] + self._model.center)
+
+    def surely_shown(self, points: Points) -> bool:
+        """Whether all undistorted points (n, 2) show content, by the model itself."""
+        return bool(self._in_content(self._model.distort(points)).all())
+
+    def _in_content(self, distorted: Points) -> NDArray[np.bool_]:
+        x, y = distorted[..., 0], distorted[..., 1]
+        w, h = self._model.size
+        slack = 1e-9  # px: rounding of a point on the very edge
         # Comparisons with NaN are false: no preimage, no content.
-        shown &= (x >= -slack) & (x <= w - 1 + slack) & (y >= -slack) & (y <= h - 1 + slack)
-        if circle is not None:
-            cx, cy = circle.center
-            shown &= np.hypot((x - cx) * model.pixel_aspect, y - cy) <= circle.diameter / 2
-    return shown
+        inside = (x >= -slack) & (x <= w - 1 + slack) & (y >= -slack) & (y <= h - 1 + slack)
+        if self._circle is not None:
+            cx, cy = self._circle.center
+            away = np.hypot((x - cx) * self._model.pixel_aspect, y - cy)
+            inside &= away <= self._circle.diameter / 2
+        return np.asarray(inside)
 
 
 def _content_rim(model: DivisionModel, circle: Boundary | None) -> Points:
