@@ -34,7 +34,7 @@ Zooms = Annotated[str | None, _option("Zoom settings; 1 is the widest.", "Z,Z,..
 Strength = Annotated[float | None, _option("lambda * diameter^2, at each zoom the same.")]
 Fill = Annotated[float | None, _option("Circle diameter over frame height at zoom 1.")]
 Noise = Annotated[float | None, _option("Sigma of the noise, in grey levels.")]
-Seed = Annotated[int, _option("The same seed gives the same bytes.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")]
 
 
 @group.command("board")

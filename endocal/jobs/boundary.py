@@ -20,15 +20,12 @@ from ..files import atomic_output, decode_image, encode_image, read_image
 from ..files.images import PICTURE_SUFFIXES
 from ..files.names import shown
 from ..video.encoder import EncoderChoice
-from ..video.frames import plane_views
+from ..video.frames import has_luma_plane, plane_views
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.writer import OutputPicture, VideoWriter
-from .correct import PIPE, Progress, holds_picture
-from .pipe import PipeInput
-
-# Formats whose first plane is luma alone; frames of any other are converted.
-_LUMA_FIRST = ("gray", "yuv4", "yuva4", "yuvj4", "nv12", "nv16", "nv24", "p010", "p210", "p410")
+from .correct import Progress, holds_picture
+from .pipe import PIPE, PipeInput
 
 
 @dataclass(frozen=True)
@@ -145,7 +142,7 @@ def _video(
     with VideoReader(
         source,
         name=shown(job.input),
-        accepts=lambda pix_fmt: pix_fmt.startswith(_LUMA_FIRST),
+        accepts=has_luma_plane,
         allow_protocols=job.allow_protocols,
     ) as reader:
         info = reader.info

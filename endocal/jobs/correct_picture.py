@@ -62,7 +62,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
         seconds=time.monotonic() - began,
         size_in=size,
         size_out=(corrected.shape[1], corrected.shape[0]),
-        device=spec.device,
+        device=remapper.device_name,
         zoom=dict(models.sources),
         notes=(note,) if note else (),
     )

@@ -13,7 +13,7 @@ from ..files.names import shown
 from ..remap.engine import FrameRemapper
 from ..remap.geometry import OutputGeometry, output_geometry
 from ..remap.layout import FrameLayout, frame_layout, supported
-from ..video.frames import plane_views
+from ..video.frames import Frame, luma_view, plane_views
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
@@ -61,7 +61,7 @@ def correct_video(
                     if not is_frame(item):
                         return item
                     frame = writer.frame(item)
-                    corrector.apply(plane_views(item), plane_views(frame), item.time)
+                    corrector.apply(item, frame)
                     return frame
 
                 def tick() -> None:
@@ -126,9 +126,10 @@ class _Corrector:
         """The name of the device that remaps."""
         return self._remapper.device_name
 
-    def apply(self, planes: list, out: list, time_s: float | None) -> None:
-        """Fill ``out`` from the planes of the next frame."""
-        model = self._models.model(planes[0], time_s)
+    def apply(self, frame: Frame, target: Frame) -> None:
+        """Fill the frame ``target`` from the next frame of the input."""
+        planes, out = plane_views(frame), plane_views(target)
+        model = self._models.model(luma_view(frame), frame.time)
         if self._beside is None:
             self._remapper.apply(model, planes, out)
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ..video.frames import plane_views
+from ..video.frames import luma_view
 from ..video.interlace import Deinterlacer, field_order, may_be_interlaced
 from ..video.reader import Item, VideoReader
 from ..video.stream import StreamInfo
@@ -54,7 +54,7 @@ class WholeFrames:
         info = self._reader.info
         if info.interlaced or not may_be_interlaced(info):
             return None
-        runs = ([plane_views(f)[0] for f in run] for run in self._reader.samples())
+        runs = ([luma_view(f) for f in run] for run in self._reader.samples())
         return field_order(runs)
 
     def _described(self, deinterlacer: Deinterlacer) -> StreamInfo:

@@ -45,6 +45,12 @@ class Remapper:
         self._device = device
         self._frames: dict[tuple[int, str], FrameRemapper] = {}
 
+    @property
+    def device_name(self) -> str:
+        """The device that did the last picture; what was asked for before the first one."""
+        names = [remapper.device_name for remapper in self._frames.values()]
+        return names[-1] if names else self._device
+
     def apply(self, image: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         """Return the corrected picture.
 

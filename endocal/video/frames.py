@@ -9,8 +9,13 @@ from typing import Any
 import av
 import numpy as np
 
+Frame = av.VideoFrame
+
 # Packed formats whose pixel has a byte that carries nothing, and so no component of its own.
 _PADDED = {"bgr0": 4, "rgb0": 4, "0bgr": 4, "0rgb": 4}
+
+# Beginnings of the names of formats whose first plane is luma and nothing else.
+_LUMA_FIRST = ("gray", "yuv4", "yuva4", "yuvj4", "nv12", "nv16", "nv24", "p010", "p210", "p410")
 
 # Sample depths in bits that formats come in.
 _DEPTHS = (8, 9, 10, 12, 14, 16)
@@ -33,6 +38,21 @@ def plane_views(frame: av.VideoFrame) -> list[np.ndarray]:
             rows = rows[::-1]
         views.append(rows[:, : plane.width * components])
     return views
+
+
+def luma_view(frame: av.VideoFrame) -> np.ndarray:
+    """Return the frame's brightness, (h, w) uint8 or uint16: its own plane of it, or one made from RGB.
+
+    A palette, packed or RGB frame is turned to 8-bit grey, which copies it.
+    """
+    if not has_luma_plane(frame.format.name):
+        frame = frame.reformat(format="gray")
+    return plane_views(frame)[0]
+
+
+def has_luma_plane(pix_fmt: str) -> bool:
+    """Tell whether a pixel format's first plane is luma alone."""
+    return pix_fmt.startswith(_LUMA_FIRST)
 
 
 def workable_format(fmt: av.VideoFormat, accepts: Callable[[str], bool]) -> str:
