@@ -72,8 +72,7 @@ def command(
 ) -> None:
     """Write a lens for another tool: OpenCV, ROS, ffmpeg, Nuke and the like (STMap), Gyroflow, NumPy.
 
-    A model is fitted over the visible content, and its largest error told. Maps are exact; those for ffmpeg
-    are two files, and the command line that takes them is printed.
+    A model is fitted over the visible content and its largest error told; maps are exact.
     """
     from ..jobs.export import ExportSpec, export
 

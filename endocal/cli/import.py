@@ -57,13 +57,10 @@ def command(
         )
     )
     if json:
-        errors = {"largest_error": report.largest_error, "rms_error": report.rms_error}
-        print_json({**as_data(report.calibration), **errors})
-    if (radius := report.calibration.usable_radius) is not None:
-        note(
-            f"note: the model in {file} is one-to-one only up to {radius:.0f} px from the centre;"
-            " --circle limits the fit to what the lens shows"
-        )
+        fit = {"largest_error": report.largest_error, "rms_error": report.rms_error}
+        print_json({**as_data(report.calibration), **fit, "notes": report.notes})
+    for text in report.notes:
+        note(f"note: {text}")
     lens = report.calibration.model
     x, y = lens.center
     note(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from .._version import __version__
 from ..boundary.detect import boundary_of
 from ..calibration.result import Calibration, Source
 from ..errors import InputError, UsageError
-from ..exchange.fit_division import fit_division
+from ..exchange.fit_division import DivisionFit, fit_division
 from ..exchange.read_camera import read_camera
 from ..files import check_output, save
 from ..files.names import shown
@@ -17,6 +18,8 @@ from ..files.names import shown
 MODELS = ("division", "division2")
 
 _MAX_BYTES = 1 << 20
+# Beyond this error, px, the two are no longer the same lens to the eye.
+_VISIBLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,12 @@ class ImportSpec:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """The calibration, and how far it is from the file's model over the content, in distorted px."""
+    """The calibration, how far it is from the file's model over the content, in distorted px, and notes."""
 
     calibration: Calibration
     largest_error: float
     rms_error: float
+    notes: tuple[str, ...] = ()
 
 
 def import_lens(spec: ImportSpec) -> ImportReport:
@@ -72,7 +76,17 @@ def import_lens(spec: ImportSpec) -> ImportReport:
         save(calibration, spec.output, spec.overwrite)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
-    return ImportReport(calibration, fit.largest, fit.rms)
+    return ImportReport(calibration, fit.largest, fit.rms, tuple(_notes(fit, spec, name)))
+
+
+def _notes(fit: DivisionFit, spec: ImportSpec, name: str) -> Iterator[str]:
+    if fit.reach is not None:
+        yield (
+            f"the model in {name} is one-to-one only up to {fit.reach:.0f} px from the centre;"
+            " --circle limits the fit to what the lens shows"
+        )
+    if fit.largest > _VISIBLE and spec.model == "division":
+        yield "one parameter does not say all of this lens; --model division2 comes nearer"
 
 
 def _read(path: str) -> str:

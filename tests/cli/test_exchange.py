@@ -192,6 +192,21 @@ def test_opencv_carries_the_visible_circle(endocal: Runner, folder: Path) -> Non
     assert calibration.boundary.diameter == 236
 
 
+def test_a_model_that_one_parameter_does_not_say(endocal: Runner, folder: Path) -> None:
+    # The polynomial of a wide lens folds just beyond the circle that it was fitted to.
+    export(endocal, folder, "ros")
+    done = endocal("import", folder / "out.yml", "-o", folder / "back.toml", "--json")
+    notes = json.loads(done.out)["notes"]
+    assert len(notes) == 2
+    assert "one-to-one only up to" in notes[0]
+    assert "--model division2" in notes[1]
+    assert all(text in done.err for text in notes)
+    calibration = load(folder / "back.toml")
+    assert isinstance(calibration, Calibration)
+    assert calibration.usable_radius is not None
+    assert 110 < calibration.usable_radius < 160
+
+
 def test_text_goes_through_pipes(endocal: Runner, folder: Path) -> None:
     piped = endocal("export", "-c", "-", "--to", "ros", "-o", "-", stdin=CALIBRATION.encode())
     assert piped.code == 0, piped.err
