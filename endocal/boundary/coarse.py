@@ -15,7 +15,7 @@ from .fit import Circle, consensus_circle
 from .frame import Frame
 
 # Lines of samples to aim at; a frame is thinned by nearest neighbour to about this height.
-_LINES = 135
+_LINES = 120
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
@@ -73,18 +73,22 @@ def thin(frame: Frame) -> Samples | None:
         raw = raw // np.uint16(frame.unit)
     thinned = np.ascontiguousarray(raw, dtype=np.uint8)
     values = np.asarray(cv2.blur(thinned, (3, 3)), np.uint8)
-    return Samples(values, step, _dark(thinned))
+    return Samples(values, step, _dark(thinned, values))
 
 
-def _dark(thinned: NDArray[np.uint8]) -> Dark:
+def _dark(thinned: NDArray[np.uint8], values: NDArray[np.uint8]) -> Dark:
     """Take the outside from the darkest and evenest corner: a logo may lie over one of them."""
-    corners = thinned[_corner_places()]
-    corners.sort(axis=1)
-    count = corners.shape[1]
-    middle, upper = corners[:, count // 2].tolist(), corners[:, int(count * 0.84)].tolist()
-    # The upper side only: black is often clipped at zero, and then the lower side shows no noise.
-    total, level = min((m + u, m) for m, u in zip(middle, upper, strict=True))
-    return Dark(float(level), max(total - 2.0 * level, 0.5), 0.0).raised(0.0)
+    places = _corner_places()
+    raw, smoothed = thinned[places], values[places]
+    raw.sort(axis=1)
+    smoothed.sort(axis=1)
+    count = raw.shape[1]
+    middle, upper = raw[:, count // 2].tolist(), raw[:, int(count * 0.84)].tolist()
+    best = min(range(4), key=lambda corner: middle[corner] + upper[corner])
+    # The upper side only: black is often clipped at zero, and then the lower side shows no noise. The level
+    # is that of smoothed samples, which clipped noise lifts.
+    noise = max(float(upper[best] - middle[best]), 0.5)
+    return Dark(float(smoothed[best, count // 2]), noise, 0.0).raised(0.0)
 
 
 @lru_cache(maxsize=1)

@@ -18,9 +18,9 @@ from .frame import Frame
 Array = NDArray[np.float32]
 
 # Radii along which the rim is looked at, evenly spread over the circle.
-DIRECTIONS = 128
+DIRECTIONS = 112
 # Samples of a profile on each side of the expected rim, and in each of the two means that make an edge.
-_REACH = 12
+_REACH = 10
 _MEAN = 3
 # How far, in window halves, the frame must go on beyond the rim; beyond it its last pixels stand in.
 _MARGIN = 0.4

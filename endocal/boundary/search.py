@@ -27,7 +27,7 @@ _LEAST_SUPPORT = 0.06 * DIRECTIONS
 # Glare has died away this far out, in radii of the circle; from there on the outside is within this many
 # levels of its darkest corner, and half a standard deviation of the noise. To judge that takes this many
 # samples.
-_FAR, _FLAT, _ENOUGH = 1.12, 4.0, 8
+_FAR, _FLAT, _ENOUGH = 1.12, 2.5, 8
 # Every so manieth sample each way is looked at for that.
 _APART = 3
 
