@@ -69,7 +69,7 @@ def usage(name: str, command: Any) -> str:
     arguments = []
     for p in command.params:
         if p.param_type_name == "argument":
-            word = (p.metavar or p.name.upper()) + ("..." if p.nargs == -1 else "")
+            word = (p.metavar or p.name.upper()).removesuffix("...") + "..." * (p.nargs == -1)
             arguments.append(word if p.required or "..." in word else f"[{word}]")
     return " ".join([name, *arguments, "[OPTIONS]"])
 

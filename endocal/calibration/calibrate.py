@@ -9,7 +9,7 @@ import numpy as np
 
 from .._version import __version__
 from ..boundary.content import content_radius
-from ..errors import CalibrationError
+from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .edges import sobel_gradients
 from .fit import covariance
@@ -60,7 +60,10 @@ def calibrate(
     The quality's verdict may be "failed": then the model is the best there is and not to be trusted.
     Raises InputError for pictures that cannot be used and CalibrationError where no line is found.
     """
-    images = [image] if isinstance(image, np.ndarray) else list(image)
+    images = [image] if isinstance(image, np.ndarray) else image
+    if not isinstance(images, Sequence) or not all(isinstance(i, np.ndarray) for i in images):
+        kind = type(image).__name__
+        raise InputError(f"calibrate needs a picture as an array, or several; this is {kind}")
     return calibrate_jointly(images, spec).calibration
 
 

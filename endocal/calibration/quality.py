@@ -13,6 +13,7 @@ FEW_LINES = 8
 POOR_COVERAGE = 0.45
 # One standard deviation of the centre, as a share of the frame's short side, and of lambda, of itself.
 WEAK_CENTER = 0.003
+UNKNOWN_CENTER = 0.1
 WEAK_LAMBDA = 0.01
 FAILED_LAMBDA = 0.5
 # Lambda at least this many standard deviations from zero.
@@ -94,9 +95,11 @@ def judge(e: Evidence) -> Quality:
         elif relative > WEAK_LAMBDA:
             doubts.append(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
     if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:
+        spread = f"one standard deviation: {e.center_sigma:.1f} px"
+        if e.center_sigma > UNKNOWN_CENTER * e.short_side:
+            spread = "it may be anywhere near the middle"
         doubts.append(
-            f"the centre is weakly determined (one standard deviation: {e.center_sigma:.1f} px);"
-            " tilt the pattern, or show lines in two directions"
+            f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"
         )
     if e.fold_radius < NEAR_FOLD * e.reach:
         doubts.append("lambda is at its bound: the model folds right behind the outermost points")

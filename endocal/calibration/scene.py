@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
-from ..errors import CalibrationError, InputError
+from ..errors import CalibrationError, InputError, UsageError
 from .content import content_mask
 from .edges import EdgePoints, find_edges
 from .fit import Prior
@@ -53,6 +53,7 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
     if len({image.shape[:2] for image in images}) > 1:
         raise InputError("the pictures differ in size: all must be of one lens at one setting")
     h, w = images[0].shape[:2]
+    _check_fits(spec, (w, h))
     views, boundaries = [], []
     everywhere = np.zeros((h, w), bool)
     for number, image in enumerate(images):
@@ -71,6 +72,21 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
     views = [view for view in views if len(view.edges) > 0]
     square = (w * spec.pixel_aspect, float(h))
     return Scene(views, _widest(boundaries), (w, h), square, _prior(spec, square), everywhere)
+
+
+def _check_fits(spec: CalibrationSpec, size: tuple[int, int]) -> None:
+    """Refuse a region or a centre that lies off a picture of ``size`` (width, height) px."""
+    w, h = size
+    if spec.roi is not None:
+        x, y, width, height = spec.roi
+        if x + width > w or y + height > h:
+            raise UsageError(
+                f"--roi {x},{y},{width},{height} reaches beyond the {w}x{h} px picture"
+            )
+    if isinstance(spec.center, tuple):
+        x_, y_ = spec.center
+        if not (0 <= x_ < w and 0 <= y_ < h):
+            raise UsageError(f"--center {x_:g},{y_:g} lies outside the {w}x{h} px picture")
 
 
 def _edges(picture: Picture, pixel_aspect: float) -> EdgePoints:

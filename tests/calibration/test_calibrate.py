@@ -189,6 +189,13 @@ def test_options_that_make_no_sense() -> None:
     ):
         with pytest.raises(UsageError):
             CalibrationSpec(**wrong)
+    picture = render_board(board())
+    with pytest.raises(UsageError, match="640x480"):
+        calibrate(picture, CalibrationSpec(roi=(600, 10, 50, 50)))
+    with pytest.raises(UsageError, match="outside"):
+        calibrate(picture, CalibrationSpec(center=(5000.0, 10.0)))
+    with pytest.raises(EndocalError, match="NoneType"):
+        calibrate(None)  # what cv2.imread gives for a picture that is not there
     with pytest.raises(UsageError, match="hewg"):
         calibrate(render_board(board()), CalibrationSpec(method="magic"))
 
