@@ -229,16 +229,17 @@ def _export_maps(spec: ExportSpec, lens: _Lens) -> ExportReport:
 
 
 def _ffmpeg_command(places: tuple[str, ...]) -> str:
-    inputs = " ".join(f"-i {shlex.quote(_as_argument(p))}" for p in places)
+    inputs = " ".join(shlex.join(_as_input(p)) for p in places)
     graph = shlex.quote("[0:v][1:v][2:v]remap[v]")
     return (
         f"ffmpeg -i INPUT {inputs} -filter_complex {graph} -map '[v]' -map '0:a?' -c:a copy OUTPUT"
     )
 
 
-def _as_argument(path: str) -> str:
-    """A name that ffmpeg takes for a file, whatever it begins with or holds."""
-    return f"file:{path}" if path.startswith("-") or ":" in path or "%" in path else path
+def _as_input(path: str) -> list[str]:
+    """The words that make ffmpeg read this file, where its name could be an option, a URL or a pattern."""
+    plain = ["-pattern_type", "none"] if "%" in path else []
+    return [*plain, "-i", f"file:{path}" if path.startswith("-") or ":" in path else path]
 
 
 def _write(spec: ExportSpec, contents: tuple[bytes, ...]) -> None:

@@ -113,7 +113,9 @@ def test_ffmpeg_remaps_as_correct_does(endocal: Runner, folder: Path) -> None:
     noise = np.random.default_rng(7).integers(16, 235, (1, 3, *x.shape))
     frames = np.concatenate([noise, np.round(waves).reshape(2, 3, *x.shape)])
     write_clip(folder / "in.mkv", frames)
-    told = export(endocal, folder, "ffmpeg")
+    # A name that ffmpeg would take for a numbered sequence.
+    maps = folder / "my lens %d.pgm"
+    told = endocal("export", "-c", folder / "cal.toml", "--to", "ffmpeg", "-o", maps)
     words = shlex.split(told.out)
     assert words[0] == "ffmpeg"
     words = [str(folder / "in.mkv") if w == "INPUT" else w for w in words[1:-1]]
