@@ -134,6 +134,7 @@ class Deinterlacer:
         for frame in frames:
             if frame.pts is not None and frame.time_base is not None:
                 frame.pts = round(frame.pts * frame.time_base / self.time_base)
+                frame.duration = round(frame.duration * frame.time_base / self.time_base)
             frame.time_base = self.time_base
             yield frame
 

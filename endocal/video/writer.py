@@ -89,13 +89,14 @@ class VideoWriter:
             # Whoever reads the pipe gets each packet when it is there.
             self._container.flags |= _FLUSH_PACKETS
         self._kind = ContainerKind(self._container.format.name)
+        self._time_base = 1 / info.rate if self._kind.counts_frames else info.time_base
         try:
             self._add_video(picture, choice)
             self._copies = self._add_others(like, strip_metadata)
             self._copy_tags(like, strip_metadata)
             self._container.container_options.update(
                 self._kind.options(
-                    self._info.time_base,
+                    self._time_base,
                     self._container.metadata,
                     flows=not isinstance(target, str),
                 )
@@ -131,10 +132,11 @@ class VideoWriter:
             self._first_pts = source.pts
         frame.pts = source.pts
         if self._kind.counts_frames and source.pts is not None and self._first_pts is not None:
-            # Such a file begins at zero whatever the source did.
-            frame.pts = source.pts - self._first_pts
-        frame.time_base = self._info.time_base
-        frame.duration = source.duration
+            # Such a file begins at zero whatever the source did, and each frame is due at its number.
+            seconds = (source.pts - self._first_pts) * self._info.time_base
+            frame.pts = round(seconds / self._time_base)
+        frame.time_base = self._time_base
+        frame.duration = round(source.duration * self._info.time_base / self._time_base)
         colour = self._info.colour
         frame.color_range = _RANGES[colour.full_range]
         frame.colorspace = colour.matrix
@@ -181,9 +183,7 @@ class VideoWriter:
         """The time from the first frame's start to the last one's end."""
         if self._first_pts is None or self._last_pts is None:
             return None
-        return float(
-            (self._last_pts - self._first_pts) * self._info.time_base + 1 / self._info.rate
-        )
+        return float((self._last_pts - self._first_pts) * self._time_base + 1 / self._info.rate)
 
     def _abandon(self) -> None:
         """Close the file as it is; what is in it is of no use to anyone."""
@@ -236,8 +236,8 @@ class VideoWriter:
         context = stream.codec_context
         context.width, context.height = picture.size
         context.pix_fmt = settings.pix_fmt
-        context.time_base = info.time_base
-        stream.time_base = info.time_base
+        context.time_base = self._time_base
+        stream.time_base = self._time_base
         if picture.sample_aspect is not None:
             context.sample_aspect_ratio = picture.sample_aspect
         context.color_range = _RANGES[info.colour.full_range]

@@ -1,0 +1,236 @@
+"""The correction of videos: geometry, zoom, fields, pixels that are not square, damage."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+
+from endocal.errors import InputError, OutputError, UsageError
+from endocal.jobs.correct import CorrectionReport, CorrectionSpec, Progress, correct
+from endocal.model import DivisionModel
+from endocal.remap.engine import FrameRemapper
+from endocal.remap.geometry import output_geometry
+from endocal.remap.layout import frame_layout
+from endocal.video.frames import plane_views
+from tests.jobs.lenses import calibration, zoom_table
+from tests.video.clips import Clip, contents
+
+CLIP = Clip(frames=6)
+DELIVERY = Clip(frames=12, codec="libx264", options={"preset": "ultrafast"})
+LAM, CENTER = -1.5e-4, (30.0, 25.0)
+
+
+def run(
+    tmp_path: Path, source: Path, lens: str, out: str = "out.mkv", **options: Any
+) -> CorrectionReport:
+    options.setdefault("device", "numpy")
+    return correct(CorrectionSpec(str(source), str(tmp_path / out), lens, **options))
+
+
+def circles(diameters: list[float], size: tuple[int, int]) -> Clip:
+    """A clip of a bright textured disc on black, of these diameters."""
+
+    def picture(number: int, width: int, height: int) -> np.ndarray:
+        x, y = np.meshgrid(np.arange(width), np.arange(height))
+        radius = np.hypot(x - (width - 1) / 2, y - (height - 1) / 2)
+        soft = np.clip(diameters[number] / 2 - radius + 0.5, 0, 1)
+        texture = 150 + 40 * np.sin(x / 5) * np.sin(y / 6)
+        return (soft * texture).astype(np.uint8)[..., None].repeat(3, axis=2)
+
+    return Clip(frames=len(diameters), size=size, picture=picture)
+
+
+@pytest.mark.parametrize("device", ["numpy", "auto"])
+@pytest.mark.parametrize("view", ["same", "crop", "full"])
+def test_frames_are_remapped_as_pictures_are(tmp_path: Path, device: str, view: str) -> None:
+    """Against the reference engine on the decoded planes: one level of 8 bit."""
+    source = CLIP.make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    report = run(tmp_path, source, lens, view=view, device=device)
+    before, after = contents(source), contents(tmp_path / "out.mkv")
+    assert after.times == before.times
+    model = DivisionModel(LAM, CENTER, CLIP.size)
+    layout = frame_layout("yuv420p", CLIP.size, full_range=False)
+    remapper = FrameRemapper(layout, output_geometry([model], [None], view), device="numpy")
+    assert report.size_out == remapper.output_layout.size
+    for a, b in zip(before.frames, after.frames, strict=True):
+        expected = remapper.output_layout.empty()
+        remapper.apply(model, plane_views(a), expected)
+        for p, q in zip(plane_views(b), expected, strict=True):
+            assert np.abs(p.astype(int) - q).max() <= 1
+
+
+def test_the_report_tells_what_was_done(tmp_path: Path) -> None:
+    source = DELIVERY.make(tmp_path / "a.mp4")
+    steps: list[Progress] = []
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    spec = CorrectionSpec(str(source), str(tmp_path / "out.mp4"), lens, device="numpy")
+    report = correct(spec, steps.append)
+    assert (report.frames, report.codec, report.device) == (12, "libx264", "numpy")
+    assert (report.size_in, report.size_out) == ((64, 48), (64, 48))
+    assert (report.damaged, report.corrupt, report.warnings, report.notes) == (0, 0, (), ())
+    assert steps[-1].frames == steps[-1].total == 12
+
+
+def test_a_calibration_of_another_size_is_rescaled_and_told(tmp_path: Path) -> None:
+    source = CLIP.make(tmp_path / "a.mkv")
+    half = calibration(tmp_path / "half.toml", LAM * 4, (14.75, 12.25), (32, 24))
+    whole = calibration(tmp_path / "whole.toml", LAM, CENTER)
+    report = run(tmp_path, source, half, "half.mkv")
+    assert "32x24 and is rescaled to 64x48" in report.notes[0]
+    assert run(tmp_path, source, whole, "whole.mkv").notes == ()
+    for a, b in zip(
+        contents(tmp_path / "half.mkv").frames, contents(tmp_path / "whole.mkv").frames, strict=True
+    ):
+        assert all(
+            np.array_equal(p, q) for p, q in zip(plane_views(a), plane_views(b), strict=True)
+        )
+
+
+def test_a_calibration_of_another_shape_is_refused(tmp_path: Path) -> None:
+    source = CLIP.make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER, (64, 60))
+    with pytest.raises(InputError, match="another shape"):
+        run(tmp_path, source, lens)
+    assert not (tmp_path / "out.mkv").exists()
+
+
+def test_pixels_become_square_unless_kept(tmp_path: Path) -> None:
+    """64x48 with pixels of 4:3 shows 85.3x48; a calibration on square pixels of that shape fits."""
+    source = replace(DELIVERY, sample_aspect=Fraction(4, 3)).make(tmp_path / "a.mp4")
+    lens = calibration(tmp_path / "cal.toml", LAM / 4, (84, 48), (170, 96))
+    for keep, size, aspect in ((False, (86, 48), 1), (True, (64, 48), Fraction(4, 3))):
+        report = run(tmp_path, source, lens, f"{keep}.mp4", keep_sar=keep)
+        assert report.size_out == size
+        with av.open(str(tmp_path / f"{keep}.mp4")) as file:
+            assert file.streams.video[0].sample_aspect_ratio == aspect
+
+
+def test_original_and_corrected_side_by_side(tmp_path: Path) -> None:
+    source = replace(CLIP, size=(66, 50)).make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER, (66, 50))
+    run(tmp_path, source, lens, "alone.mkv", scale=0.5)
+    report = run(tmp_path, source, lens, "both.mkv", scale=0.5, side_by_side=True)
+    # Half of 25 rows is not whole in chroma: 26.
+    assert report.size_out == (66 + 34, 50)
+    before, alone, both = (
+        contents(p).frames for p in (source, tmp_path / "alone.mkv", tmp_path / "both.mkv")
+    )
+    for a, b, c in zip(before, alone, both, strict=True):
+        left, right, whole = plane_views(a)[0], plane_views(b)[0], plane_views(c)[0]
+        assert np.array_equal(whole[:, :66], left)
+        assert np.array_equal(whole[12:38, 66:], right)
+        assert (whole[:12, 66:] == 16).all()
+        assert (whole[38:, 66:] == 16).all()
+
+
+@pytest.mark.parametrize(
+    ("interlace", "mode", "frames", "words"),
+    [
+        ("tff", "auto", 10, "combed, top field first, and were deinterlaced"),
+        ("bff", "field", 20, None),
+        ("tff", "off", 10, "remapped so"),
+        ("", "auto", 10, None),
+    ],
+)
+def test_woven_frames_are_parted_and_told(
+    tmp_path: Path, interlace: str, mode: str, frames: int, words: str | None
+) -> None:
+    clip = Clip(frames=10, size=(160, 96), interlace=interlace)
+    lens = calibration(tmp_path / "cal.toml", size=clip.size)
+    report = run(tmp_path, clip.make(tmp_path / "a.mkv"), lens, deinterlace=mode)
+    assert report.frames == frames
+    assert (words in report.notes[0]) if words else report.notes == ()
+    times = contents(tmp_path / "out.mkv").times
+    assert np.diff(times) == pytest.approx([0.4 / frames] * (frames - 1), abs=1.1e-3)
+
+
+def test_the_zoom_is_followed_logged_and_fed_back(tmp_path: Path) -> None:
+    size, diameters = (160, 120), [80 + 2 * i for i in range(12)]
+    source = circles(diameters, size).make(tmp_path / "a.mkv")
+    table = zoom_table(tmp_path / "zoom.toml", size, (70.0, 110.0))
+    report = run(tmp_path, source, table, zoom_log=str(tmp_path / "log.jsonl"))
+    rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert [row["frame"] for row in rows] == list(range(12))
+    # A quick zoom may surprise the filter once.
+    assert report.zoom["rim"] >= 11
+    # The circle is small and the zoom quick: two frames of lag are four px.
+    assert [row["diameter"] for row in rows] == pytest.approx(diameters, abs=4)
+    for row in rows:
+        assert row["lambda"] * row["diameter"] ** 2 == pytest.approx(-0.8, rel=0.02)
+    again = run(
+        tmp_path,
+        source,
+        table,
+        "again.mkv",
+        zoom_from=str(tmp_path / "log.jsonl"),
+        zoom_log=str(tmp_path / "again.csv"),
+    )
+    assert again.zoom == {"given": 12}
+    for a, b in zip(
+        contents(tmp_path / "out.mkv").frames, contents(tmp_path / "again.mkv").frames, strict=True
+    ):
+        # The log is rounded.
+        assert np.abs(plane_views(a)[0].astype(int) - plane_views(b)[0]).max() <= 2
+
+
+def test_no_rim_and_nothing_given_is_an_error(tmp_path: Path) -> None:
+    source = Clip(frames=3, size=(160, 120)).make(tmp_path / "a.mkv")
+    table = zoom_table(tmp_path / "zoom.toml", (160, 120), (70.0, 110.0))
+    with pytest.raises(InputError, match="--assume-diameter"):
+        run(tmp_path, source, table)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mkv", "zoom.toml"]
+    assert run(tmp_path, source, table, assume_diameter=90.0).zoom == {"given": 3}
+
+
+def test_damage_is_a_warning_and_with_strict_an_error(tmp_path: Path) -> None:
+    source = replace(DELIVERY, frames=50).make(tmp_path / "a.mp4", movflags="faststart")
+    data = source.read_bytes()
+    source.write_bytes(data[: len(data) * 2 // 3])
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    report = run(tmp_path, source, lens, "out.mp4")
+    assert report.warnings
+    assert 10 < report.frames < 50
+    with pytest.raises(InputError, match="--strict"):
+        run(tmp_path, source, lens, "strict.mp4", strict=True)
+    assert not (tmp_path / "strict.mp4").exists()
+
+
+def test_a_failure_leaves_no_file(tmp_path: Path) -> None:
+    """The frames change halfway: what was written until then goes."""
+    small = Clip(frames=30, codec="libx264").make(tmp_path / "a.ts")
+    large = Clip(frames=5, codec="libx264", size=(96, 48)).make(tmp_path / "b.ts")
+    both = tmp_path / "both.ts"
+    both.write_bytes(small.read_bytes() + large.read_bytes())
+    out = tmp_path / "out"
+    out.mkdir()
+    with pytest.raises(InputError, match="split the file there"):
+        run(tmp_path, both, calibration(tmp_path / "cal.toml", LAM, CENTER), "out/x.mp4")
+    assert list(out.iterdir()) == []
+
+
+def test_options_that_do_not_go_together(tmp_path: Path) -> None:
+    source = CLIP.make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    for options in (
+        {"zoom_log": "x.csv"},
+        {"zoom_from": "x.csv"},
+        {"assume_diameter": 9.0},
+        {"lookup": "area"},
+        {"lookup": "sideways"},
+        {"deinterlace": "always"},
+        {"size": (64, 48), "scale": 2.0},
+        {"interpolation": "magic"},
+    ):
+        with pytest.raises(UsageError):
+            run(tmp_path, source, lens, **options)
+    with pytest.raises(OutputError, match="is also an input"):
+        run(tmp_path, source, lens, "a.mkv", overwrite=True)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mkv", "cal.toml"]

@@ -1,0 +1,82 @@
+"""Zoom logs: written, read, edited."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from endocal.errors import InputError, UsageError
+from endocal.jobs.zoom_log import RecordedZoom, ZoomRecord, zoom_log
+from endocal.model import DivisionModel
+
+MODEL = DivisionModel(-1.23456789e-6, (320.12345, 240.0), (640, 480))
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.jsonl"])
+def test_what_is_written_is_read_back(tmp_path: Path, name: str) -> None:
+    path = str(tmp_path / name)
+    with zoom_log(path, overwrite=False, inputs=()) as log:
+        for i in range(10):
+            log.add(ZoomRecord(i, i / 25, 400.0 + i, "rim", MODEL, 1e-3))
+    recorded = RecordedZoom(path)
+    assert [recorded.diameter(i, i / 25) for i in range(10)] == pytest.approx(
+        [400.0 + i for i in range(10)], abs=1e-3
+    )
+
+
+def test_rows_are_interpolated_as_ratios_and_held_at_the_ends(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time,diameter\n1.0,100\n3.0,400\n")
+    recorded = RecordedZoom(str(path))
+    assert [recorded.diameter(0, t) for t in (0.0, 1.0, 2.0, 3.0, 9.0)] == pytest.approx(
+        [100, 100, 200, 400, 400]
+    )
+
+
+def test_rows_without_a_time_count_by_frame(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    path.write_text('{"frame": 0, "diameter": 100}\n\n{"frame": 4, "diameter": 100}\n')
+    assert RecordedZoom(str(path)).diameter(2, None) == pytest.approx(100)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.csv", "", "holds no row"),
+        ("a.csv", "time,width\n1,2\n", "line 2: needs a diameter"),
+        ("a.csv", "time,diameter\n1,abc\n", "line 2: needs a diameter"),
+        ("a.csv", "time,diameter\n1,-5\n", "line 2: the diameter -5 is not a positive number"),
+        ("a.csv", "time,diameter\n1,nan\n", "not a positive number"),
+        ("a.csv", "diameter\n5\n", "every row needs a time or a frame"),
+        ("a.jsonl", '{"time": 1}\n', "line 1: needs a diameter"),
+        ("a.jsonl", "[1, 2]\n", "line 1: needs a diameter"),
+        ("a.jsonl", "time 1\n", "line 1: needs a diameter"),
+    ],
+)
+def test_a_wrong_log_is_refused_by_line(tmp_path: Path, name: str, text: str, words: str) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        RecordedZoom(str(path))
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="No such file"):
+        RecordedZoom(str(tmp_path / "missing.csv"))
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00diameter")
+    with pytest.raises(InputError, match="no text file"):
+        RecordedZoom(str(tmp_path / "bytes.csv"))
+    with pytest.raises(UsageError, match=r"is \.csv or \.jsonl"):
+        RecordedZoom(str(tmp_path / "log.txt"))
+
+
+def test_a_log_of_a_failed_run_is_not_left(tmp_path: Path) -> None:
+    def fail() -> None:
+        with zoom_log(str(tmp_path / "a.csv"), False, ()) as log:
+            log.add(ZoomRecord(0, None, 400.0, "rim", MODEL, 1e-3))
+            raise ValueError("stop")
+
+    with pytest.raises(ValueError, match="stop"):
+        fail()
+    assert list(tmp_path.iterdir()) == []
