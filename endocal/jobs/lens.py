@@ -170,7 +170,8 @@ def _rescaled(lens: Lens, size: tuple[int, int], scale: tuple[float, float], asp
     model = DivisionModel(m.lam / y**2, _moved(m.center, scale), size, aspect, m.lam2 / y**4)
     if b is not None:
         b = Boundary(_moved(b.center, scale), b.diameter * y, b.area * scale[0] * y, b.visible)
-    return replace(lens, model=model, boundary=b)
+    radius = None if lens.usable_radius is None else lens.usable_radius * y
+    return replace(lens, model=model, boundary=b, usable_radius=radius)
 
 
 def _moved(center: tuple[float, float], scale: tuple[float, float]) -> tuple[float, float]:
