@@ -13,6 +13,7 @@ EXAMPLES = (
     "endocal bench table4 --device numpy --repeats 1",
     "endocal bench calibrate",
     "endocal bench boundary",
+    "endocal bench correct --frames 300",
 )
 
 group = typer.Typer(help="Time endocal beside its peers, in the same run.", no_args_is_help=True)
@@ -130,3 +131,39 @@ def boundary(
         f"median error, diameter or centre: {report.error:.2f} px, contour alone"
         f" {report.contour_error:.2f} px"
     )
+
+
+@group.command("correct")
+def correct(
+    size: Annotated[str, typer.Option(metavar="WxH", help="Frame size.")] = "1920x1080",
+    frames: Annotated[int, typer.Option(min=10, help="Length of the clip.")] = 600,
+    rounds: Annotated[int, typer.Option(min=1, help="How often each contender runs.")] = 3,
+    device: Device = "auto",
+    json: Json = False,
+) -> None:
+    """Whole corrections beside ffmpeg's plain transcode and lenscorrection, and a cv2 script."""
+    from ..benchmarks.correct import run
+
+    shape = parse_size(size)
+    assert shape is not None
+    report = run(shape, frames, rounds, device, progress=note)
+    if json:
+        print_json(report.data())
+        return
+    typer.echo(
+        f"{frames} frames of {size}, H.264 to libx264 ultrafast crf 18, start-up included, {rounds} rounds"
+    )
+    typer.echo(f"{'':<58}{'seconds':>9}{'least':>9}{'processor':>11}{'peak MiB':>10}")
+    for row in report.rows:
+        cost = row.cost
+        typer.echo(
+            f"{row.name:<58}{cost.seconds:9.2f}{row.least:9.2f}{cost.processor:11.2f}{cost.memory:10.0f}"
+        )
+    for name in report.missing:
+        typer.echo(f"{name:<58}not installed")
+    if report.added is not None:
+        typer.echo(
+            f"time added to the plain transcode, over what lenscorrection adds: {report.added:.2f}"
+            f" (processor {report.added_processor:.2f}); of the plain transcode: {report.times_plain:.2f}x"
+        )
+    typer.echo(f"endocal's peak on a tenth of the frames: {report.short_memory:.0f} MiB")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,7 +22,6 @@ from ..files import (
 from ..files.images import PICTURE_SUFFIXES, Picture
 from ..files.names import shown
 from ..remap.remapper import Remapper
-from ..zoom.follow import FollowSpec
 from .correct import CorrectionReport, CorrectionSpec, input_name, output_name
 from .lens import Lens, fit_lens, model_source
 from .pipe import PIPE, PipeInput, PipeOutput
@@ -38,9 +39,8 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     image = decode_image(data, name)
     size = (image.shape[1], image.shape[0])
     lens, note = fit_lens(lens, size, None, shown(spec.calibration))
-    models = model_source(lens, FollowSpec(spec.lookup, spec.assume_diameter))
-    luma = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    model = models.model(luma, None)
+    models = model_source(lens, spec.lookup, spec.assume_diameter)
+    model = models.model(partial(_luma, image), None)
     remapper = Remapper(
         model,
         device=spec.device,
@@ -88,6 +88,11 @@ def _check(spec: CorrectionSpec) -> None:
         )
     inputs = [path for path in (spec.input, spec.calibration) if path != PIPE]
     check_output(spec.output, spec.overwrite, inputs)
+
+
+def _luma(image: Picture) -> Picture:
+    grey: Any = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    return grey
 
 
 def _beside(left: Picture, right: Picture) -> Picture:

@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 
 from ..errors import InputError
 from ..files import atomic_output
@@ -18,7 +19,6 @@ from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
 from ..video.writer import OutputPicture, VideoWriter
-from ..zoom.follow import FollowSpec
 from .correct import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
 from .lens import Lens, ModelSource, fit_lens, model_source
 from .pipe import PIPE, PipeInput, PipeOutput
@@ -129,7 +129,7 @@ class _Corrector:
     def apply(self, frame: Frame, target: Frame) -> None:
         """Fill the frame ``target`` from the next frame of the input."""
         planes, out = plane_views(frame), plane_views(target)
-        model = self._models.model(luma_view(frame), frame.time)
+        model = self._models.model(partial(luma_view, frame), frame.time)
         if self._beside is None:
             self._remapper.apply(model, planes, out)
             return
@@ -140,9 +140,8 @@ class _Corrector:
 
 
 def _models(spec: CorrectionSpec, lens: Lens, log: ZoomLog | None) -> ModelSource:
-    follow = FollowSpec(lookup=spec.lookup, assume_diameter=spec.assume_diameter)
     recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
-    return model_source(lens, follow, recorded, log)
+    return model_source(lens, spec.lookup, spec.assume_diameter, recorded, log)
 
 
 def _geometry(spec: CorrectionSpec, layout: FrameLayout, models: ModelSource) -> OutputGeometry:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -13,9 +14,8 @@ from ..boundary.circle import Boundary
 from ..calibration.result import Calibration
 from ..errors import InputError
 from ..model import DivisionModel
-from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.table import Setting, ZoomTable
-from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
+from .zoom_log import RecordedZoom, ZoomLog
 
 Lens = Calibration | ZoomTable
 
@@ -36,8 +36,12 @@ class ModelSource(Protocol):
     boundaries: tuple[Boundary | None, ...]
     sources: Counter[str]
 
-    def model(self, luma: np.ndarray, time_s: float | None) -> DivisionModel:
-        """Return the model for a frame; ``luma`` is (h, w) uint8 or uint16, ``time_s`` in seconds."""
+    def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
+        """Return the model for a frame.
+
+        ``luma`` gives it as (h, w) uint8 or uint16, which may take work, where it is looked at; ``time_s``
+        is in seconds.
+        """
         ...
 
 
@@ -50,67 +54,29 @@ class FixedModel:
         self.boundaries: tuple[Boundary | None, ...] = (calibration.boundary,)
         self.sources: Counter[str] = Counter()
 
-    def model(self, luma: np.ndarray, time_s: float | None) -> DivisionModel:
+    def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
         """Return the one model."""
         return self._model
 
 
-class Zoom:
-    """A zoom table, and for each frame the diameter to look it up by: of its own circle, or recorded.
-
-    Each frame's zoom goes to ``log``, if there is one.
-    """
-
-    def __init__(
-        self, table: ZoomTable, spec: FollowSpec, recorded: RecordedZoom | None, log: ZoomLog | None
-    ) -> None:
-        self._table = table
-        self._spec = spec
-        self._recorded = recorded
-        self._log = log
-        self._follower = ZoomFollower(table, spec)
-        self._frame = 0
-        self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
-        # Where the circle will be is not known yet; its centre is near the lens's.
-        self.boundaries: tuple[Boundary | None, ...] = tuple(
-            Boundary(s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
-        )
-        self.sources: Counter[str] = Counter()
-
-    def model(self, luma: np.ndarray, time_s: float | None) -> DivisionModel:
-        """Measure the circle in the frame, or look up the record, and return the model of its zoom."""
-        if self._recorded is None:
-            estimate = self._follower.update(luma, time_s)
-        else:
-            diameter = self._recorded.diameter(self._frame, time_s)
-            model = self._table.at_diameter(diameter, self._spec.lookup)
-            estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
-        self.sources[estimate.source] += 1
-        if self._log is not None:
-            self._log.add(
-                ZoomRecord(
-                    self._frame,
-                    time_s,
-                    estimate.diameter,
-                    estimate.source,
-                    estimate.model,
-                    estimate.relative_uncertainty,
-                )
-            )
-        self._frame += 1
-        return estimate.model
-
-
 def model_source(
     lens: Lens,
-    follow: FollowSpec = FollowSpec(),
+    lookup: str = "auto",
+    assume_diameter: float | None = None,
     recorded: RecordedZoom | None = None,
     log: ZoomLog | None = None,
 ) -> ModelSource:
-    """Return where the models of frames come from that the lens has been fitted to."""
-    if isinstance(lens, ZoomTable):
-        return Zoom(lens, follow, recorded, log)
-    return FixedModel(lens)
+    """Return where the models of frames come from that the lens has been fitted to.
+
+    ``lookup`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each frame's circle;
+    each frame's zoom goes to ``log``.
+    """
+    if not isinstance(lens, ZoomTable):
+        return FixedModel(lens)
+    # Only a zoom table needs the search for the circle, which takes a while to import.
+    from .zoom_source import FollowedZoom
+
+    return FollowedZoom(lens, lookup, assume_diameter, recorded, log)
 
 
 def fit_lens(

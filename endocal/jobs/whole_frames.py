@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ..video.frames import luma_view
+from ..video.frames import luma_bits, luma_view
 from ..video.interlace import Deinterlacer, field_order, may_be_interlaced
 from ..video.reader import Item, VideoReader
 from ..video.stream import StreamInfo
@@ -55,7 +55,7 @@ class WholeFrames:
         if info.interlaced or not may_be_interlaced(info):
             return None
         runs = ([luma_view(f) for f in run] for run in self._reader.samples())
-        return field_order(runs)
+        return field_order(runs, luma_bits(info.pix_fmt, info.bits))
 
     def _described(self, deinterlacer: Deinterlacer) -> StreamInfo:
         info = replace(self.info, time_base=deinterlacer.time_base, interlaced=False)

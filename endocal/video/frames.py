@@ -50,6 +50,14 @@ def luma_view(frame: av.VideoFrame) -> np.ndarray:
     return plane_views(frame)[0]
 
 
+def luma_bits(pix_fmt: str, bits: int) -> int:
+    """Return how many bits ``luma_view`` has for a pixel format of ``bits`` a sample."""
+    if not has_luma_plane(pix_fmt):
+        return 8
+    # P010 and its like keep theirs at the upper end of 16.
+    return 16 if pix_fmt.startswith(("p0", "p2", "p4")) else bits
+
+
 def has_luma_plane(pix_fmt: str) -> bool:
     """Tell whether a pixel format's first plane is luma alone."""
     return pix_fmt.startswith(_LUMA_FIRST)

@@ -26,6 +26,8 @@ _TOOTH = 6
 _COLUMN_STEP = 4
 # Mean height of the teeth that a motion between two frames must add, grey levels of 8 bit.
 _MIN_MOTION = 0.02
+# So much more motion than that settles the matter, and no further run is looked at.
+_PLENTY = 5
 # Where a progressive video has 0 and an interlaced one 1; see ``field_order``.
 _WOVEN = 0.6
 
@@ -49,6 +51,7 @@ def field_order(runs: Iterable[Sequence[np.ndarray]], bits: int = 8) -> str | No
     own = upper = lower = 0.0
     samples = 0
     threshold = _TOOTH << (bits - 8)
+    enough = _MIN_MOTION * (1 << (bits - 8))
     for run in runs:
         thinned = [luma[:, ::_COLUMN_STEP].astype(np.int32) for luma in run]
         for now, then in pairwise(thinned):
@@ -56,11 +59,11 @@ def field_order(runs: Iterable[Sequence[np.ndarray]], bits: int = 8) -> str | No
             upper += _teeth(then[0::2], now[1::2], threshold)
             lower += _teeth(now[0::2], then[1::2], threshold)
             samples += now.size // 2
+        if max(upper, lower) - own > _PLENTY * enough * samples:
+            break
     most, least = max(upper, lower), min(upper, lower)
     motion = most - own
-    if samples == 0 or motion / samples < _MIN_MOTION * (1 << (bits - 8)):
-        return None
-    if (most - least) / motion < _WOVEN:
+    if samples == 0 or motion / samples < enough or (most - least) / motion < _WOVEN:
         return None
     return "tff" if upper < lower else "bff"
 

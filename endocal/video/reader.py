@@ -136,22 +136,22 @@ class VideoReader:
                 return
 
     def samples(self, places: int = 3, frames: int = 6) -> Iterator[list[av.VideoFrame]]:
-        """Yield runs of consecutive frames from several places of a file, or from the start of a pipe.
+        """Yield runs of consecutive frames, from the start and, of a file, from places further on.
 
-        ``items`` still yields every frame.
+        Not all need be taken; ``items`` still yields every frame.
         """
+        yield self._look_ahead(frames)
         if not isinstance(self._source, str):
-            yield self._look_ahead(2 * frames)
             return
         with open_input(self._source, self.name, self._allow_protocols) as container:
             stream = container.streams[self._stream.index]
             assert isinstance(stream, av.VideoStream)
             stream.codec_context.thread_type = "AUTO"
-            for place in range(places):
+            for place in range(1, places):
                 start = (self.info.start or 0) + (self.info.duration or 0) * place / places
                 with contextlib.suppress(av.error.FFmpegError):
                     container.seek(round(start * av.time_base))
-                    run = list(itertools.islice(container.decode(stream), frames))
+                    run = itertools.islice(container.decode(stream), frames)
                     yield [f for f in run if _shape(f) == self._native]
 
     def _look_ahead(self, count: int) -> list[av.VideoFrame]:

@@ -1,0 +1,65 @@
+"""The model of each frame from a zoom table: by the frame's own circle, or by a record."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+
+from ..boundary.circle import Boundary
+from ..model import DivisionModel
+from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
+from ..zoom.table import ZoomTable
+from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
+
+
+class FollowedZoom:
+    """A zoom table, and for each frame the diameter to look it up by: of its own circle, or recorded.
+
+    Each frame's zoom goes to ``log``, if there is one.
+    """
+
+    def __init__(
+        self,
+        table: ZoomTable,
+        lookup: str,
+        assume_diameter: float | None,
+        recorded: RecordedZoom | None,
+        log: ZoomLog | None,
+    ) -> None:
+        self._table = table
+        self._lookup = lookup
+        self._recorded = recorded
+        self._log = log
+        self._follower = ZoomFollower(table, FollowSpec(lookup, assume_diameter))
+        self._frame = 0
+        self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
+        # Where the circle will be is not known yet; its centre is near the lens's.
+        self.boundaries: tuple[Boundary | None, ...] = tuple(
+            Boundary(s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
+        )
+        self.sources: Counter[str] = Counter()
+
+    def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
+        """Measure the circle in the frame, or look up the record, and return the model of its zoom."""
+        if self._recorded is None:
+            estimate = self._follower.update(luma(), time_s)
+        else:
+            diameter = self._recorded.diameter(self._frame, time_s)
+            model = self._table.at_diameter(diameter, self._lookup)
+            estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
+        self.sources[estimate.source] += 1
+        if self._log is not None:
+            self._log.add(
+                ZoomRecord(
+                    self._frame,
+                    time_s,
+                    estimate.diameter,
+                    estimate.source,
+                    estimate.model,
+                    estimate.relative_uncertainty,
+                )
+            )
+        self._frame += 1
+        return estimate.model
