@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test lint format bench bench-calibration sample-data docs package clean
+.PHONY: help install demo test lint format bench bench-calibration bench-zoom sample-data docs package clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-18s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -38,10 +38,15 @@ format: $(INSTALLED) ## Bring the code into shape
 bench: $(INSTALLED) ## Time endocal beside its peers, in the same run
 	$(BIN)/endocal bench remap
 	$(BIN)/endocal bench calibrate
+	$(BIN)/endocal bench boundary
 
 bench-calibration: $(INSTALLED) ## Print how accurate calibration is, on random boards and real pictures
 	@mkdir -p build
 	$(BIN)/python bench/calibration.py --json build/calibration.json
+
+bench-zoom: $(INSTALLED) ## Print how well the zoom is found, tabulated and followed
+	@mkdir -p build
+	$(BIN)/python bench/zoom.py --json build/zoom.json
 
 sample-data: $(INSTALLED) ## Make sample_data/ anew (the same bytes each time)
 	$(BIN)/python sample_data/make.py
