@@ -21,7 +21,7 @@ from endocal.benchmarks import real_boards, synthetic_boards
 from endocal.benchmarks.synthetic_boards import Outcome
 
 ROOT = Path(__file__).resolve().parent.parent
-WORST = 8
+WORST = 6
 VERDICTS = ("good", "doubtful", "failed", synthetic_boards.REFUSED, synthetic_boards.CRASHED)
 
 
@@ -95,7 +95,7 @@ def print_boards(name: str, seeds: range, outcomes: Sequence[Outcome]) -> None:
             errors += [f"{s.center_median:.3f}", f"{s.center_p95:.2f}"]
             silent = " ".join(str(seed) for seed in s.silent) or "none"
             print(row([title, str(s.boards), *verdicts, *errors, z, silent, f"{s.seconds:.2f}"]))
-    print("\nThe worst:\n")
+    print("\nThe worst in λ, then in the centre:\n")
     heads = ["seed", "size", "pattern", "λR²", "λ off by", "centre off by", "verdict"]
     print(row(heads), row(["---"] * len(heads)), sep="\n")
     for o in synthetic_boards.worst(outcomes, WORST):

@@ -146,8 +146,10 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
 
 
 def worst(outcomes: Sequence[Outcome], count: int) -> list[Outcome]:
-    """Return the boards of the largest errors of lam, the worst first."""
-    return sorted(outcomes, key=lambda o: -o.lam_error)[:count]
+    """Return the boards of the ``count`` largest errors of lam, the worst first, then of the centre."""
+    by_lam = sorted(outcomes, key=lambda o: -o.lam_error)[:count]
+    by_center = sorted(outcomes, key=lambda o: -o.center_error)[:count]
+    return by_lam + [o for o in by_center if o not in by_lam]
 
 
 def _outcomes(seeds: list[int], processes: int) -> Iterator[Outcome]:

@@ -120,5 +120,9 @@ def test_processes_make_no_difference() -> None:
 
 
 def test_the_worst_come_first() -> None:
-    outcomes = [replace(SOUND, seed=i, lam_error=e) for i, e in enumerate((0.1, math.inf, 0.3))]
-    assert [o.seed for o in synthetic_boards.worst(outcomes, 2)] == [1, 2]
+    errors = [(0.1, 3.0), (math.inf, math.inf), (0.3, 1.0), (0.2, 9.0)]
+    outcomes = [
+        replace(SOUND, seed=i, lam_error=lam, center_error=center)
+        for i, (lam, center) in enumerate(errors)
+    ]
+    assert [o.seed for o in synthetic_boards.worst(outcomes, 2)] == [1, 2, 3]
