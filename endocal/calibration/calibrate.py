@@ -220,6 +220,7 @@ def _evidence(
         explained=len(m.points) / max(sum(len(view.edges) for view in scene.views), 1),
         board=refined.board,
         second=len(fit.params) > 3,
+        astray=_astray(scene, fit.params),
     )
 
 
@@ -230,6 +231,14 @@ def _with_usable_radius(calibration: Calibration) -> Calibration:
     if model.valid_radius > reach:
         return calibration
     return replace(calibration, usable_radius=SHORT_OF_FOLD * model.valid_radius)
+
+
+def _astray(scene: Scene, params: Floats) -> float:
+    """How far the centre lies from the middle, in standard deviations of what was believed of it."""
+    if scene.prior.fixed:
+        return 0.0
+    away = (params[1:3] - scene.prior.center) / np.array(scene.prior.spread)
+    return float(np.abs(away).max())
 
 
 def _rms(values: Floats) -> float:

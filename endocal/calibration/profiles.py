@@ -101,10 +101,12 @@ def _along_lines(points: Floats, labels: Labels, params: Floats) -> tuple[Floats
         foot = lines.offsets[i] * lines.normals[i]
         d = _distorted(foot + t[:, None] * tangent, model)
         length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(d, axis=0), axis=1))])
-        courses.append((foot, tangent, t, length))
-    spacing = max(1.0, sum(course[3][-1] for course in courses) / MOST_PROFILES)
-    places, owners = [], []
-    for i, (foot, tangent, t, length) in enumerate(courses):
+        if not np.isfinite(length[-1]):  # it runs past where the model folds: no place to measure
+            continue
+        courses.append((i, foot, tangent, t, length))
+    spacing = max(1.0, sum(course[-1][-1] for course in courses) / MOST_PROFILES)
+    places, owners = [np.empty((0, 2))], [np.empty(0, np.intp)]
+    for i, foot, tangent, t, length in courses:
         steps = np.interp(np.arange(spacing / 2, length[-1], spacing), length, t)
         places.append(_distorted(foot + steps[:, None] * tangent, model) + params[1:3])
         owners.append(np.full(len(steps), i, np.intp))

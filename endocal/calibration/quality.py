@@ -14,6 +14,8 @@ POOR_COVERAGE = 0.45
 # One standard deviation of the centre, as a share of the frame's short side, and of lambda, of itself.
 WEAK_CENTER = 0.003
 UNKNOWN_CENTER = 0.1
+# How far the centre lies from where it is believed to be, in standard deviations of that belief.
+ASTRAY, FAILED_ASTRAY = 3.0, 6.0
 WEAK_LAMBDA = 0.01
 FAILED_LAMBDA = 0.5
 # Lambda at least this many standard deviations from zero.
@@ -49,6 +51,9 @@ class Evidence:
     explained: float  # share of edge points on lines
     board: bool  # whether a chessboard was seen
     second: bool = False  # whether the model has two parameters
+    astray: float = (
+        0.0  # of the centre from the frame's middle, in standard deviations of the prior
+    )
 
 
 def judge(e: Evidence) -> Quality:
@@ -101,6 +106,12 @@ def judge(e: Evidence) -> Quality:
         doubts.append(
             f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"
         )
+    if e.astray > FAILED_ASTRAY:
+        failed.append(
+            "the centre came out far from the middle of the picture: the lines do not tell it"
+        )
+    elif e.astray > ASTRAY:
+        doubts.append("the centre lies far from the middle of the picture: was it cropped?")
     if e.fold_radius < NEAR_FOLD * e.reach:
         doubts.append("lambda is at its bound: the model folds right behind the outermost points")
     elif e.fold_radius <= e.content_radius:

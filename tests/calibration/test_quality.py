@@ -41,6 +41,7 @@ def test_sound_evidence_is_good() -> None:
         ({"lam_sigma": 1e-6}, "within its uncertainty of zero"),
         ({"center_sigma": 4.0}, "centre is weakly determined"),
         ({"fold_radius": 303.0}, "at its bound"),
+        ({"astray": 4.0}, "cropped"),
         ({"fold_radius": 350.0}, "inside the visible content"),
     ],
 )
@@ -56,6 +57,7 @@ def test_each_doubt_is_named(change: dict, reason: str) -> None:
     [
         ({"lines": 3}, "only 3 straight lines"),
         ({"rms": 4.0}, "does not fit"),
+        ({"astray": 8.0}, "far from the middle"),
         ({"rms": 0.5, "board": False}, "no chessboard seen"),
         ({"lam_sigma": 1e-6, "lines": 6, "board": False}, "no pattern seen"),
         ({"lam_sigma": 1e-6, "explained": 0.1, "board": False}, "no pattern seen"),
