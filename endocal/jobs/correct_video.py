@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import partial
 
+import numpy as np
+
 from ..errors import InputError
 from ..files import atomic_output
 from ..files.names import shown
@@ -44,7 +46,7 @@ def correct_video(
         aspect = None if info.sample_aspect is None else float(info.sample_aspect)
         lens, note = fit_lens(lens, info.size, aspect, shown(spec.calibration))
         with _zoom_log(spec) as log, _target(spec) as target:
-            models = _models(spec, lens, log)
+            models = _models(spec, lens, log, reader)
             corrector = _Corrector(spec, info, models)
             with VideoWriter(
                 target,
@@ -93,7 +95,7 @@ def correct_video(
             damaged=reader.damaged,
             corrupt=reader.corrupt,
             zoom=dict(models.sources),
-            notes=(*([note] if note else ()), *whole.notes(), *writer.notes),
+            notes=(*([note] if note else ()), *models.notes, *whole.notes(), *writer.notes),
             warnings=tuple(warnings),
         )
 
@@ -139,9 +141,15 @@ class _Corrector:
         self._remapper.apply(model, planes, self._beside.right(out))
 
 
-def _models(spec: CorrectionSpec, lens: Lens, log: ZoomLog | None) -> ModelSource:
+def _models(
+    spec: CorrectionSpec, lens: Lens, log: ZoomLog | None, reader: VideoReader
+) -> ModelSource:
     recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
-    return model_source(lens, spec.lookup, spec.assume_diameter, recorded, log)
+
+    def ahead() -> Iterator[np.ndarray]:
+        return map(luma_view, reader.from_start() or ())
+
+    return model_source(lens, spec.lookup, spec.assume_diameter, recorded, log, ahead)
 
 
 def _geometry(spec: CorrectionSpec, layout: FrameLayout, models: ModelSource) -> OutputGeometry:

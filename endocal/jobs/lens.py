@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Protocol
 
@@ -29,12 +29,13 @@ class ModelSource(Protocol):
     """Gives the model of each frame, asked in the order of the frames.
 
     ``models`` span what may come and ``boundaries`` are their visible circles, to lay out the output;
-    ``sources`` counts the frames by where their zoom came from.
+    ``sources`` counts the frames by where their zoom came from, and ``notes`` says what was assumed.
     """
 
     models: tuple[DivisionModel, ...]
     boundaries: tuple[Boundary | None, ...]
     sources: Counter[str]
+    notes: list[str]
 
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
         """Return the model for a frame.
@@ -53,6 +54,7 @@ class FixedModel:
         self.models: tuple[DivisionModel, ...] = (self._model,)
         self.boundaries: tuple[Boundary | None, ...] = (calibration.boundary,)
         self.sources: Counter[str] = Counter()
+        self.notes: list[str] = []
 
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
         """Return the one model."""
@@ -65,18 +67,20 @@ def model_source(
     assume_diameter: float | None = None,
     recorded: RecordedZoom | None = None,
     log: ZoomLog | None = None,
+    ahead: Callable[[], Iterator[np.ndarray]] | None = None,
 ) -> ModelSource:
     """Return where the models of frames come from that the lens has been fitted to.
 
     ``lookup`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each frame's circle;
-    each frame's zoom goes to ``log``.
+    each frame's zoom goes to ``log``. ``ahead`` gives the luma of the video's frames from its start on, to
+    look for the first circle where the first frame shows none.
     """
     if not isinstance(lens, ZoomTable):
         return FixedModel(lens)
     # Only a zoom table needs the search for the circle, which takes a while to import.
     from .zoom_source import FollowedZoom
 
-    return FollowedZoom(lens, lookup, assume_diameter, recorded, log)
+    return FollowedZoom(lens, lookup, assume_diameter, recorded, log, ahead)
 
 
 def fit_lens(

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ..boundary.circle import Boundary
+from ..boundary.detect import find_boundary
+from ..errors import InputError
 from ..model import DivisionModel
 from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.table import ZoomTable
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 
+# The luma of a video's frames from its start on, as often as asked.
+Ahead = Callable[[], Iterator[np.ndarray]]
+# Looking for the first circle, every so many frames are enough.
+_LOOK_EVERY = 4
+
 
 class FollowedZoom:
     """A zoom table, and for each frame the diameter to look it up by: of its own circle, or recorded.
 
-    Each frame's zoom goes to ``log``, if there is one.
+    Each frame's zoom goes to ``log``, if there is one. Where the first frames show no circle (a fade from
+    black, a cloth before the lens), the first one in ``ahead``, the video's luma from its start, holds for
+    them; ``notes`` says so.
     """
 
     def __init__(
@@ -27,7 +37,10 @@ class FollowedZoom:
         assume_diameter: float | None,
         recorded: RecordedZoom | None,
         log: ZoomLog | None,
+        ahead: Ahead | None,
     ) -> None:
+        self.notes: list[str] = []
+        self._ahead = ahead
         self._table = table
         self._lookup = lookup
         self._recorded = recorded
@@ -44,7 +57,7 @@ class FollowedZoom:
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
         """Measure the circle in the frame, or look up the record, and return the model of its zoom."""
         if self._recorded is None:
-            estimate = self._follower.update(luma(), time_s)
+            estimate = self._follow(luma(), time_s)
         else:
             diameter = self._recorded.diameter(self._frame, time_s)
             model = self._table.at_diameter(diameter, self._lookup)
@@ -63,3 +76,25 @@ class FollowedZoom:
             )
         self._frame += 1
         return estimate.model
+
+    def _follow(self, luma: np.ndarray, time_s: float | None) -> ZoomEstimate:
+        try:
+            return self._follower.update(luma, time_s)
+        except InputError:
+            if self._frame > 0 or self._ahead is None:
+                raise
+            diameter = self._first_diameter(self._ahead)
+            if diameter is None:
+                raise
+        self.notes.append(
+            f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
+        )
+        self._follower = ZoomFollower(self._table, FollowSpec(self._lookup, diameter))
+        return self._follower.update(luma, time_s)
+
+    def _first_diameter(self, ahead: Ahead) -> float | None:
+        for luma in itertools.islice(ahead(), 0, None, _LOOK_EVERY):
+            boundary = find_boundary(luma, self._table.pixel_aspect)
+            if boundary is not None:
+                return boundary.diameter
+        return None

@@ -154,6 +154,18 @@ class VideoReader:
                     run = itertools.islice(container.decode(stream), frames)
                     yield [f for f in run if _shape(f) == self._native]
 
+    def from_start(self) -> Iterator[av.VideoFrame] | None:
+        """Return the frames from the start once more, decoded anew beside ``items``; None for a pipe."""
+        if not isinstance(self._source, str):
+            return None
+        return self._again(self._source)
+
+    def _again(self, source: str) -> Iterator[av.VideoFrame]:
+        with VideoReader(
+            source, name=self.name, accepts=self._accepts, allow_protocols=self._allow_protocols
+        ) as reader:
+            yield from filter(is_frame, reader.items())
+
     def _look_ahead(self, count: int) -> list[av.VideoFrame]:
         """Decode on until ``count`` frames wait to be handed out, and return them."""
         while True:

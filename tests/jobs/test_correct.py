@@ -181,6 +181,17 @@ def test_the_zoom_is_followed_logged_and_fed_back(tmp_path: Path) -> None:
         assert np.abs(plane_views(a)[0].astype(int) - plane_views(b)[0]).max() <= 2
 
 
+def test_a_fade_from_black_takes_the_first_circle_that_follows(tmp_path: Path) -> None:
+    size = (160, 120)
+    source = circles([1.0] * 5 + [92.0] * 9, size).make(tmp_path / "a.mkv")
+    table = zoom_table(tmp_path / "zoom.toml", size, (70.0, 110.0))
+    report = run(tmp_path, source, table, zoom_log=str(tmp_path / "log.jsonl"))
+    rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert [row["diameter"] for row in rows] == pytest.approx([92.0] * 14, abs=0.5)
+    assert report.zoom == {"given": 5, "rim": 9}
+    assert "first frames show no circle" in report.notes[0]
+
+
 def test_no_rim_and_nothing_given_is_an_error(tmp_path: Path) -> None:
     source = Clip(frames=3, size=(160, 120)).make(tmp_path / "a.mkv")
     table = zoom_table(tmp_path / "zoom.toml", (160, 120), (70.0, 110.0))
