@@ -12,11 +12,15 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
+from .rest import RestSpec, ZoomRest
 from .smooth import DiameterFilter, SmoothingSpec
 from .table import LOOKUPS, ZoomTable
 from .track import ScaleTracker, TrackingSpec
 
 Luma = NDArray[np.uint8] | NDArray[np.uint16]
+
+# Seconds between frames where the video does not say.
+_USUAL_STEP = 0.04
 
 SOURCES = ("rim", "tracked", "held", "given")
 
@@ -41,6 +45,7 @@ class FollowSpec:
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
     tracking: TrackingSpec = field(default_factory=TrackingSpec)
+    rest: RestSpec = field(default_factory=RestSpec)
 
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
@@ -71,7 +76,9 @@ class ZoomFollower:
         self._spec = spec
         self._filter = DiameterFilter(spec.smoothing)
         self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
+        self._rest = ZoomRest(spec.rest)
         self._is_tracking = False
+        self._time: float | None = None
         self._last: Boundary | None = None
         self._current: tuple[float, DivisionModel] | None = None
         if spec.assume_diameter is not None:
@@ -93,14 +100,21 @@ class ZoomFollower:
             luma, self._table.pixel_aspect, self._spec.boundary, guess=self._last
         )
         self._last = None if located is None else located.boundary
+        seconds = self._elapsed(time_s)
         if self._filter.known and not (self._is_assumed and located is not None):
-            source = self._follow(luma, located)
+            source = self._follow(luma, located, seconds)
         elif located is not None:
             self._begin(located)
             source = "rim"
         else:
             raise InputError(_nothing_known(time_s))
         return self._estimate(self._last, source)
+
+    def _elapsed(self, time_s: float | None) -> float:
+        """Return the time since the last frame, s; a usual one where it is not said."""
+        last, self._time = self._time, time_s
+        seconds = 0.0 if last is None or time_s is None else time_s - last
+        return seconds if 0 < seconds < 1 else _USUAL_STEP
 
     def _begin(self, located: Located) -> None:
         """Take the first rim that is seen as it is."""
@@ -110,9 +124,9 @@ class ZoomFollower:
         self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
         self._is_assumed = self._is_tracking = False
 
-    def _follow(self, luma: Luma, located: Located | None) -> str:
+    def _follow(self, luma: Luma, located: Located | None, seconds: float) -> str:
         """Advance by one frame and what it showed, and name where the estimate comes from."""
-        tracked = self._advance(luma, lost=located is None)
+        tracked = self._advance(luma, seconds, lost=located is None)
         if located is None:
             return "given" if self._is_assumed and not tracked else tracked or "held"
         diameter = located.boundary.diameter
@@ -121,7 +135,7 @@ class ZoomFollower:
         self._is_tracking = False
         return "rim"
 
-    def _advance(self, luma: Luma, lost: bool) -> str:
+    def _advance(self, luma: Luma, seconds: float, lost: bool) -> str:
         """Predict this frame's diameter from the last; returns "tracked" where the picture told it."""
         state, spec = self._filter, self._spec
         if not self._is_tracking:
@@ -129,6 +143,7 @@ class ZoomFollower:
             state.predict()
             if lost:
                 self._tracker.forget()
+                self._rest.forget()
                 self._tracker.step(luma, self._table, state.diameter)
                 self._is_tracking = True
             return ""
@@ -136,10 +151,12 @@ class ZoomFollower:
         if state.sigma < spec.limit:
             step = self._tracker.step(luma, self._table, state.diameter)
         if step is None:
+            self._rest.forget()
             state.stop()
             state.scale(0.0, spec.held_drift)
             return ""
-        state.scale(step.logarithm, math.hypot(step.sigma, spec.tracked_drift))
+        logarithm = self._rest.take(step, seconds)
+        state.scale(logarithm, math.hypot(step.sigma, spec.tracked_drift))
         return "tracked"
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:

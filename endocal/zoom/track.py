@@ -34,28 +34,34 @@ _AHEAD = 1e-3
 class TrackingSpec:
     """How the zoom is tracked.
 
-    The picture is reduced to about ``height`` px, and up to ``points`` places are followed in it, not nearer
-    to the rim than at ``reach`` of the circle's radius. With fewer than ``least`` the step is given up; new
-    ones are sought below ``renew`` of the most. ``zoom`` and ``approach`` are what to expect, before looking,
-    of a zoom and of a camera that comes nearer: one standard deviation of the relative scale per frame.
-    ``noise`` is the least error of a followed place, reduced px.
+    The picture is reduced to about ``height`` px, and up to ``points`` places are followed in it, ``spacing``
+    reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius. With fewer than
+    ``least`` the step is given up; new ones are sought below ``renew`` of those that were found. ``zoom``
+    and ``approach`` are what to expect, before looking, of a zoom and of a camera that comes nearer: one
+    standard deviation of the relative scale per frame. ``noise`` is the least error of a followed place,
+    reduced px.
     """
 
     height: int = 360
     points: int = 200
     reach: float = 0.94
     least: int = 24
-    renew: float = 0.6
+    renew: float = 0.8
     zoom: float = 0.02
     approach: float = 0.004
     noise: float = 0.05
+    spacing: float = 18.0
 
 
 class ScaleStep(NamedTuple):
-    """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation."""
+    """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation.
+
+    ``approach`` is that part of the picture's dilation that was put down to the camera coming nearer.
+    """
 
     logarithm: float
     sigma: float
+    approach: float
 
 
 class ScaleTracker:
@@ -66,6 +72,7 @@ class ScaleTracker:
         self._spec = spec
         self._last: Luma | None = None
         self._places = np.empty((0, 1, 2), np.float32)
+        self._sought = 0
 
     def forget(self) -> None:
         """Begin anew with the next frame."""
@@ -83,10 +90,11 @@ class ScaleTracker:
         current = _reduced(luma, reduction)
         last, self._last = self._last, current
         if last is None or last.shape != current.shape:
-            self._places = self._places[:0]
+            self._places, self._sought = self._places[:0], 0
             return None
-        if len(self._places) < self._spec.renew * self._spec.points:
+        if len(self._places) <= self._spec.renew * self._sought:
             self._places = self._seek(last, reduction, model, diameter)
+            self._sought = len(self._places)
         if len(self._places) < self._spec.least:
             return None
         moved, found = _follow(last, current, self._places)
@@ -117,7 +125,7 @@ class ScaleTracker:
     ) -> NDArray[np.float32]:
         """Find places that can be followed, away from the rim; (n, 1, 2) reduced px."""
         spec = self._spec
-        corners = cv2.goodFeaturesToTrack(image, spec.points, 0.005, spec.height / 40, blockSize=5)
+        corners = cv2.goodFeaturesToTrack(image, spec.points, 0.005, spec.spacing, blockSize=5)
         if corners is None:
             return np.empty((0, 1, 2), np.float32)
         places: NDArray[np.float32] = np.asarray(corners, np.float32)
@@ -170,22 +178,28 @@ def scale_between(
         # The median of a two-dimensional normal residual's length is 1.1774 standard deviations.
         scale = max(float(np.median(residual)) / 1.1774, noise)
         weight = np.maximum(1 - (residual / (_TUKEY * scale)) ** 2, 0) ** 2
-    return ScaleStep(float(solution[-1]), scale * math.sqrt(max(covariance[-1, -1], 0.0)))
+    # What was fitted is the part of the later offset that the zoom made: 1 - exp(-logarithm).
+    return ScaleStep(
+        -math.log1p(-float(solution[-1])),
+        scale * math.sqrt(max(covariance[-1, -1], 0.0)),
+        float(solution[_DILATION]),
+    )
 
 
 _DILATION = 3
 
 
 def _camera_motion(u: Points) -> NDArray[np.float64]:
-    """The undistorted flow of a plane before a moving camera (Longuet-Higgins 1980): (n, 2, 8).
+    """The undistorted flow before a moving camera (Longuet-Higgins and Prazdny 1980): (n, 2, 10).
 
-    Shift in x and y, rotation, dilation, two shears, and the two perspective terms.
+    Of a plane: shift in x and y, rotation, dilation, two shears, and the two perspective terms. With the
+    last two, of a wall that curves as well, as far as it moves sideways.
     """
     x, y = u[:, 0], u[:, 1]
     one, zero = np.ones_like(x), np.zeros_like(x)
     rows = (
-        (one, zero, -y, x, x, y, x * x, x * y),
-        (zero, one, x, y, -y, x, x * y, y * y),
+        (one, zero, -y, x, x, y, x * x, x * y, y * y, zero),
+        (zero, one, x, y, -y, x, x * y, y * y, zero, x * x),
     )
     return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
 
