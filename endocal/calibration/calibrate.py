@@ -13,18 +13,16 @@ from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .edges import sobel_gradients
 from .fit import covariance
-from .hough import Voters
-from .measures import measure_named
+from .measures import NamedMeasure, measure_named
 from .quality import Evidence, judge
 from .refine import Refined, View, best_start, misfit_of_views, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
-from .search import Found, Region, search
+from .search import Found, Measure, Region, search
 from .spec import CalibrationSpec
 from .straightness import Floats, residuals
 
-# Algorithm 1 votes with at most so many points, drawn evenly; fewer where it only finds a start.
-MOST_VOTERS = 16_000
+# Where Algorithm 1 only finds a start, so many points vote at most, drawn evenly.
 MOST_VOTERS_FOR_START = 5_000
 # The search ends where lambda is as good as zero, px^-2 (METHOD: [-1 / r_max^2, -1e-7]).
 SMALLEST_LAMBDA = -1e-7
@@ -105,26 +103,29 @@ def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
 def _search(scene: Scene, spec: CalibrationSpec) -> Found:
     """Algorithm 1 over the article's region, lambda bounded by the visible content."""
     reach = reach_of(scene.views, scene.prior.center)
-    measure = measure_named(spec.method)
-    voters = [_voters(view, spec, scene.square_size[1]) for view in scene.views]
+    named = measure_named(spec.method)
+    most = min(named.most_points, MOST_VOTERS_FOR_START if spec.refine else named.most_points)
+    measures = [_measure(view, named, most, spec.sobel, scene.square_size) for view in scene.views]
     x, y = scene.prior.center
     dx, dy = scene.prior.spread
     region = Region((-1 / reach**2, SMALLEST_LAMBDA), (x - dx, x + dx), (y - dy, y + dy))
 
     def cost(lams: Floats, xs: Floats, ys: Floats) -> Floats:
-        return np.mean([measure(v, lams, xs, ys) for v in voters], axis=0)
+        return np.mean([measure(lams, xs, ys) for measure in measures], axis=0)
 
     return search(cost, region, spec.samples, spec.epsilon, spec.max_rounds)
 
 
-def _voters(view: View, spec: CalibrationSpec, frame_height: float) -> Voters:
+def _measure(
+    view: View, named: NamedMeasure, most: int, sobel: int, size: tuple[float, float]
+) -> Measure:
+    """The measure over a view's edge points, at most ``most`` of them, drawn evenly."""
     edges = view.edges
-    gradients = sobel_gradients(view.grey, edges.points, spec.sobel)
-    most = MOST_VOTERS_FOR_START if spec.refine else MOST_VOTERS
+    gradients = sobel_gradients(view.grey, edges.points, sobel)
     if len(edges) > most:
         chosen = np.random.default_rng(0).permutation(len(edges))[:most]
         edges, gradients = edges.take(chosen), gradients[chosen]
-    return Voters.of(edges.points, gradients, frame_height)
+    return named.prepare(edges.points, gradients, size)
 
 
 def _bare(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibration:

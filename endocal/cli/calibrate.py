@@ -31,7 +31,11 @@ def command(
     ],
     output: Output,
     method: Annotated[
-        str, typer.Option(metavar="NAME", help="The measure of the search.")
+        str,
+        typer.Option(
+            metavar="hewg|heplp|hewog|ht1d|cht",
+            help="What the search minimises: the article's measures.",
+        ),
     ] = "hewg",
     model: Annotated[
         str, typer.Option(metavar="NAME", help="division, or division2 (two parameters).")
