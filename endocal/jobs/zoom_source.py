@@ -20,6 +20,8 @@ from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 Ahead = Callable[[], Iterator[np.ndarray]]
 # Looking for the first circle, every so many frames are enough.
 _LOOK_EVERY = 4
+# So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
+_RANGE_SLACK = 1.02
 
 
 class FollowedZoom:
@@ -27,7 +29,7 @@ class FollowedZoom:
 
     Each frame's zoom goes to ``log``, if there is one. Where the first frames show no circle (a fade from
     black, a cloth before the lens), the first one in ``ahead``, the video's luma from its start, holds for
-    them; ``notes`` says so.
+    them; ``notes`` says so, and where the zoom leaves the calibrated range.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class FollowedZoom:
         self._log = log
         self._follower = ZoomFollower(table, FollowSpec(lookup, assume_diameter))
         self._frame = 0
+        self._has_left_range = False
         self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
         # Where the circle will be is not known yet; its centre is near the lens's.
         self.boundaries: tuple[Boundary | None, ...] = tuple(
@@ -63,6 +66,7 @@ class FollowedZoom:
             model = self._table.at_diameter(diameter, self._lookup)
             estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
         self.sources[estimate.source] += 1
+        self._watch_range(estimate.diameter, time_s)
         if self._log is not None:
             self._log.add(
                 ZoomRecord(
@@ -76,6 +80,18 @@ class FollowedZoom:
             )
         self._frame += 1
         return estimate.model
+
+    def _watch_range(self, diameter: float, time_s: float | None) -> None:
+        """Note the first time that the zoom leaves what was calibrated."""
+        low, high = (self._table.settings[i].diameter for i in (0, -1))
+        if self._has_left_range or low / _RANGE_SLACK <= diameter <= high * _RANGE_SLACK:
+            return
+        self._has_left_range = True
+        when = f"frame {self._frame}" if time_s is None else f"{time_s:.2f} s"
+        self.notes.append(
+            f"the circle is {diameter:.0f} px wide at {when}, outside the table's {low:.0f} to {high:.0f} px:"
+            " there the law lambda * diameter^2 = constant holds"
+        )
 
     def _follow(self, luma: np.ndarray, time_s: float | None) -> ZoomEstimate:
         try:

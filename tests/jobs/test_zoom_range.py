@@ -1,0 +1,36 @@
+"""A zoom that leaves what was calibrated is noted, once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from endocal.jobs.zoom_log import RecordedZoom
+from endocal.jobs.zoom_source import FollowedZoom
+from endocal.zoom.table import Setting, ZoomTable
+
+TABLE = ZoomTable(
+    tuple(Setting(-1.3 / d**2, (319.5, 239.5), d) for d in (400.0, 500.0)), (640, 480)
+)
+
+
+def notes(folder: Path, diameters: list[float]) -> list[str]:
+    path = folder / "zoom.csv"
+    rows = [f"{i},{i / 25},{d}" for i, d in enumerate(diameters)]
+    path.write_text("\n".join(["frame,time,diameter", *rows]) + "\n")
+    zoom = FollowedZoom(TABLE, "auto", None, RecordedZoom(str(path)), None, None)
+    for i in range(len(diameters)):
+        zoom.model(lambda: np.zeros((480, 640), np.uint8), i / 25)
+    return zoom.notes
+
+
+def test_within_the_table_there_is_nothing_to_say(tmp_path: Path) -> None:
+    assert not notes(tmp_path, [400.0, 450.0, 500.0, 505.0, 395.0])
+
+
+def test_beyond_it_the_law_is_named_once(tmp_path: Path) -> None:
+    (note,) = notes(tmp_path, [450.0, 500.0, 560.0, 600.0, 450.0, 300.0])
+    assert "560 px" in note
+    assert "0.08 s" in note
+    assert "400 to 500 px" in note
