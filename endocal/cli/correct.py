@@ -75,6 +75,10 @@ StripMetadata = Annotated[
 AllowProtocol = Annotated[
     list[str] | None, _files("--allow-protocol", help="Let a playlist open this protocol.")
 ]
+Live = Annotated[
+    bool,
+    _files("--live", help="INPUT is an address (rtsp://, udp://, …) or /dev/video0; never queue."),
+]
 Strict = Annotated[bool, _files("--strict", help="Fail where the input is damaged.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing on stderr but errors.")]
 
@@ -105,6 +109,7 @@ def command(
     zoom_from: ZoomFrom = None,
     strip_metadata: StripMetadata = False,
     allow_protocol: AllowProtocol = None,
+    live: Live = False,
     overwrite: Overwrite = False,
     strict: Strict = False,
     json: Json = False,
@@ -136,6 +141,7 @@ def command(
         zoom_from=zoom_from,
         overwrite=overwrite,
         strict=strict,
+        live=live,
         strip_metadata=strip_metadata,
         allow_protocols=tuple(allow_protocol or ()),
     )
@@ -167,6 +173,12 @@ def _tell(report: CorrectionReport) -> None:
     if report.codec is None:
         note(f"{report.output}: picture of {w}x{h} on {report.device}")
         return
+    if report.latency is not None:
+        late = report.latency
+        note(
+            f"latency {late.median:.0f} ms, {late.most:.0f} ms at most;"
+            f" {late.dropped} frames left out to keep up"
+        )
     rate = report.frames / report.seconds if report.seconds else 0.0
     note(
         f"{report.output}: {report.frames} frames of {w}x{h}, {report.codec}, in {report.seconds:.1f} s"

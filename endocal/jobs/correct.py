@@ -10,7 +10,9 @@ from ..files import load
 from ..files.names import shown
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..video.encoder import EncoderChoice
+from ..video.live import redacted
 from ..zoom.table import LOOKUPS, ZoomTable
+from .live_feed import Latency
 from .pipe import PIPE, PipeInput
 
 DEINTERLACE = ("auto", "off", "frame", "field")
@@ -31,7 +33,8 @@ class CorrectionSpec:
     ``lookup`` is how a zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the
     visible circle, holds until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of
     measuring the zoom (CSV or JSON lines). ``allow_protocols`` names the protocols that an input may open
-    besides its own file.
+    besides its own file. ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and
+    leaves frames out rather than fall behind.
     """
 
     input: str
@@ -53,6 +56,7 @@ class CorrectionSpec:
     zoom_from: str | None = None
     overwrite: bool = False
     strict: bool = False
+    live: bool = False
     strip_metadata: bool = False
     allow_protocols: tuple[str, ...] = ()
 
@@ -88,6 +92,7 @@ class CorrectionReport:
     ``notes`` say what was decided or left out, ``warnings`` what was wrong with the input. ``damaged``
     counts packets that could not be decoded and ``corrupt`` frames decoded with errors. ``zoom`` counts the
     frames by where their zoom came from (rim, tracked, held, given); empty for a fixed calibration.
+    ``latency`` is that of a live input.
     """
 
     input: str
@@ -102,6 +107,7 @@ class CorrectionReport:
     damaged: int = 0
     corrupt: int = 0
     zoom: dict[str, int] = field(default_factory=dict)
+    latency: Latency | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -144,7 +150,7 @@ def _refuse_zoom_options(spec: CorrectionSpec) -> None:
 
 def input_name(spec: CorrectionSpec) -> str:
     """Return what messages call the input."""
-    return "stdin" if spec.input == PIPE else shown(spec.input)
+    return "stdin" if spec.input == PIPE else redacted(shown(spec.input))
 
 
 def output_name(spec: CorrectionSpec) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
@@ -23,6 +24,7 @@ from ..video.stream import StreamInfo
 from ..video.writer import OutputPicture, VideoWriter
 from .correct import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
 from .lens import Lens, ModelSource, fit_lens, model_source
+from .live_feed import LiveFeed
 from .pipe import PIPE, PipeInput, PipeOutput
 from .side_by_side import SideBySide
 from .whole_frames import WholeFrames
@@ -39,8 +41,13 @@ def correct_video(
     began = time.monotonic()
     name = input_name(spec)
     with VideoReader(
-        source, name=name, accepts=supported, allow_protocols=spec.allow_protocols
+        source,
+        name=name,
+        accepts=supported,
+        allow_protocols=spec.allow_protocols,
+        live=spec.live,
     ) as reader:
+        feed = LiveFeed() if spec.live else None
         whole = WholeFrames(reader, spec.deinterlace)
         info = whole.info
         aspect = None if info.sample_aspect is None else float(info.sample_aspect)
@@ -53,7 +60,7 @@ def correct_video(
                 reader,
                 info,
                 corrector.picture,
-                spec.encoder,
+                replace(spec.encoder, live=spec.live),
                 name=output_name(spec),
                 container_format=_container(spec, info),
                 strip_metadata=spec.strip_metadata,
@@ -71,13 +78,23 @@ def correct_video(
                         seconds = time.monotonic() - began
                         progress(Progress(writer.frames, _expected(info), seconds))
 
+                def write(item: Item) -> None:
+                    # The writer uses the frame again as soon as it has it.
+                    pts = item.pts
+                    writer.write(item)
+                    if feed is not None and is_frame(item) and pts is not None:
+                        feed.left(pts)
+
+                items = whole.items()
                 run(
-                    whole.items(),
+                    items if feed is None else feed.items(items),
                     change,
-                    writer.write,
+                    write,
                     is_large=is_frame,
                     tick=tick,
                     on_stop=source.stop if isinstance(source, PipeInput) else lambda: None,
+                    on_interrupt=None if feed is None else feed.stop,
+                    drop=None if feed is None else feed.drop,
                 )
                 warnings = _warnings(reader, writer)
                 if spec.strict and warnings:
@@ -95,6 +112,7 @@ def correct_video(
             damaged=reader.damaged,
             corrupt=reader.corrupt,
             zoom=dict(models.sources),
+            latency=None if feed is None else feed.latency(),
             notes=(*([note] if note else ()), *models.notes, *whole.notes(), *writer.notes),
             warnings=tuple(warnings),
         )

@@ -90,6 +90,8 @@ def _check_file(path: str, name: str) -> None:
         size = os.stat(path).st_size
     except OSError as error:
         what = "no such file" if error.errno == errno.ENOENT else error.strerror
+        if "://" in path:
+            what = "is an address: read it with --live, or save it to a file first"
         raise InputError(f"{name}: {what}") from error
     if Path(path).is_dir():
         raise InputError(f"{name}: is a directory, not a video")

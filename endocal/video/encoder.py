@@ -52,6 +52,12 @@ _DEFAULTS: dict[str, dict[str, str]] = {
     "mjpeg": {"flags": "+qscale", "global_quality": str(2 * 118), "qmin": "1"},
     "ffv1": {"level": "3", "slicecrc": "1", "g": "1"},
 }
+_LIVE = {
+    "libx264": {"tune": "zerolatency"},
+    "libx264rgb": {"tune": "zerolatency"},
+    "libx265": {"tune": "zerolatency"},
+    "libvpx-vp9": {"deadline": "realtime", "lag-in-frames": "0"},
+}
 # Pixel formats that differ from another in name only, the range being told apart from them.
 _PLAIN = {
     "yuvj420p": "yuv420p",
@@ -67,7 +73,8 @@ _REPACK = {"libx264rgb": {"gbrp": "rgb24"}, "libx265": {"rgb24": "gbrp", "bgr24"
 class EncoderChoice:
     """What the user asks of the encoder; None leaves it to the source.
 
-    ``crf`` is in the encoder's own scale; ``options`` go to the encoder as they are.
+    ``crf`` is in the encoder's own scale; ``options`` go to the encoder as they are. ``live`` asks for
+    every frame at once.
     """
 
     codec: str | None = None
@@ -75,6 +82,7 @@ class EncoderChoice:
     preset: str | None = None
     pix_fmt: str | None = None
     options: dict[str, str] = field(default_factory=dict)
+    live: bool = False
 
 
 @dataclass(frozen=True)
@@ -166,6 +174,8 @@ def _options(
     options |= _quality(codec, choice.crf)
     if not container.reorders and codec.startswith("libx26"):
         options["bf"] = "0"
+    if choice.live:
+        options |= _LIVE.get(codec, {})
     if codec in ("libx264", "libx265"):
         _join(options, _static_metadata(codec, hdr))
     if codec == "libx265":

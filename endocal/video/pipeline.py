@@ -24,11 +24,18 @@ class _Stopped(Exception):
 class Channel(Generic[T]):
     """A bounded queue between two threads that ends and stops.
 
-    Only items for which ``counts`` is true take up room: small ones travel with the large ones.
+    Only items for which ``counts`` is true take up room: small ones travel with the large ones. With
+    ``drop``, a full queue gives up its oldest such item, and tells, rather than let the new one wait.
     """
 
-    def __init__(self, depth: int, counts: Callable[[T], bool] = lambda item: True) -> None:
+    def __init__(
+        self,
+        depth: int,
+        counts: Callable[[T], bool] = lambda item: True,
+        drop: Callable[[T], None] | None = None,
+    ) -> None:
         self._depth = depth
+        self._drop = drop
         self._counts = counts
         self._items: deque[T] = deque()
         self._used = 0
@@ -40,12 +47,23 @@ class Channel(Generic[T]):
         """Append an item, waiting while the queue is full; raises _Stopped after stop()."""
         with self._changed:
             while self._used >= self._depth and not self._stopped:
-                self._changed.wait()
+                if self._drop is None:
+                    self._changed.wait()
+                elif self._counts(item):
+                    self._drop_oldest(self._drop)
+                else:
+                    break
             if self._stopped:
                 raise _Stopped
             self._items.append(item)
             self._used += self._counts(item)
             self._changed.notify_all()
+
+    def _drop_oldest(self, tell: Callable[[T], None]) -> None:
+        oldest = next(i for i, item in enumerate(self._items) if self._counts(item))
+        tell(self._items[oldest])
+        del self._items[oldest]
+        self._used -= 1
 
     def __iter__(self) -> Channel[T]:
         return self
@@ -116,6 +134,8 @@ def run(
     is_large: Callable[[T], bool] = lambda item: True,
     tick: Callable[[], None] = lambda: None,
     on_stop: Callable[[], None] = lambda: None,
+    on_interrupt: Callable[[], None] | None = None,
+    drop: Callable[[T], None] | None = None,
     tick_s: float = 0.1,
     patience_s: float = 3.0,
 ) -> None:
@@ -126,10 +146,13 @@ def run(
     is called when it ends before its time, to wake a source that waits. All threads have ended on return,
     save one that blocks for ``patience_s`` in an output that takes nothing; the first error of a stage is
     raised.
+
+    For a live source, ``drop`` is told of the items that are left out when the stages cannot keep up, and
+    ``on_interrupt``, called at the first interrupt, asks the source to end, so that the run ends well.
     """
     state = _Run()
-    read: Channel[T] = Channel(QUEUE_DEPTH, is_large)
-    changed: Channel[T] = Channel(QUEUE_DEPTH, is_large)
+    read: Channel[T] = Channel(QUEUE_DEPTH if drop is None else 1, is_large, drop)
+    changed: Channel[T] = Channel(QUEUE_DEPTH if drop is None else 1, is_large)
     state.channels += [read, changed]
 
     def reading() -> None:
@@ -151,8 +174,14 @@ def run(
         state.start("endocal-change", changing)
         state.start("endocal-write", writing)
         while any(thread.is_alive() for thread in state.threads):
-            tick()
-            state.threads[-1].join(tick_s)
+            try:
+                tick()
+                state.threads[-1].join(tick_s)
+            except KeyboardInterrupt:
+                if on_interrupt is None:
+                    raise
+                on_interrupt()
+                on_interrupt = None
             if state.error is not None:
                 on_stop()
                 break

@@ -18,6 +18,7 @@ from av.stream import Disposition
 from ..errors import InputError
 from .access import MAX_SIDE, Readable, open_input, reason
 from .frames import workable_format
+from .live import open_live
 from .stream import StreamInfo, describe, descriptions, fourcc
 
 # So many packets in a row that cannot be decoded, and nothing more is to be expected of the file.
@@ -51,8 +52,10 @@ class VideoReader:
         threads: int = 0,
         accepts: Callable[[str], bool] = lambda pix_fmt: True,
         allow_protocols: Sequence[str] = (),
+        live: bool = False,
     ) -> None:
         self.name = name
+        self._live = live
         self.decoded = 0
         self.damaged = 0
         self.corrupt = 0
@@ -67,14 +70,18 @@ class VideoReader:
         self._decoding_times: deque[int] = deque()
         self._native: tuple[int, int, str] | None = None
         self._pix_fmt = ""
-        self._container = open_input(source, name, allow_protocols)
+        if live and isinstance(source, str):
+            self._container = open_live(source, name)
+        else:
+            self._container = open_input(source, name, allow_protocols)
         self._is_without_times = self._container.format.name in _WITHOUT_TIMES
         # Made-up times of the library would pass for those of the file.
         self._container.flags &= ~_GENERATE_TIMES
         try:
             self._stream = self._choose_stream()
             context = self._stream.codec_context
-            context.thread_type = "AUTO"
+            # Frames in threads come late by one for each thread.
+            context.thread_type = "SLICE" if live else "AUTO"
             context.thread_count = threads
             self._packets = self._demux()
             self._primed: deque[Item] = deque()
@@ -141,7 +148,7 @@ class VideoReader:
         Not all need be taken; ``items`` still yields every frame.
         """
         yield self._look_ahead(frames)
-        if not isinstance(self._source, str):
+        if not isinstance(self._source, str) or self._live:
             return
         with open_input(self._source, self.name, self._allow_protocols) as container:
             stream = container.streams[self._stream.index]
@@ -156,7 +163,7 @@ class VideoReader:
 
     def from_start(self) -> Iterator[av.VideoFrame] | None:
         """Return the frames from the start once more, decoded anew beside ``items``; None for a pipe."""
-        if not isinstance(self._source, str):
+        if not isinstance(self._source, str) or self._live:
             return None
         return self._again(self._source)
 
@@ -216,8 +223,9 @@ class VideoReader:
             except StopIteration:
                 break
             except av.error.FFmpegError:
-                # The container breaks off here. What the decoder still holds is worth having.
-                self.truncated = True
+                # The container breaks off here, as a live one does in the end. What the decoder still holds
+                # is worth having.
+                self.truncated = not self._live
                 yield self._flush_packet()
                 return
             if packet.size == 0 and packet.dts is None:
@@ -226,7 +234,7 @@ class VideoReader:
                 continue
             self._note_time(packet)
             yield packet
-        self.truncated = self.truncated or self._ends_early()
+        self.truncated = not self._live and self._ends_early()
 
     def _note_time(self, packet: av.Packet) -> None:
         time = packet.pts if packet.pts is not None else packet.dts
