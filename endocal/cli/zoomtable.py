@@ -35,6 +35,9 @@ def command(
     model: Annotated[
         str, typer.Option(metavar="NAME", help="division or division2 (two parameters).")
     ] = "division",
+    pixel_aspect: Annotated[
+        float, typer.Option(metavar="A", help="A pixel's width over its height, of images.")
+    ] = 1.0,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -53,7 +56,7 @@ def command(
     spec = ZoomTableSpec(
         tuple(str(item) for item in items),
         str(output),
-        CalibrationSpec(method=method, model=model),
+        CalibrationSpec(method=method, model=model, pixel_aspect=pixel_aspect),
         overwrite,
     )
     report = make_zoomtable(spec, lambda item: note(f"reading {item}"))

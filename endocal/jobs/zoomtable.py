@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
-from ..errors import InputError
+from ..errors import CalibrationError, InputError
 from ..files import check_output, load, read_picture_bytes, save
 from ..files.names import shown
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
@@ -49,7 +49,8 @@ def make_zoomtable(
 
     ``progress`` is called with each item's name before it is worked on. Raises InputError for an item that
     cannot be read or shows no circle, for items of different frame sizes, and for those that ZoomTable
-    refuses; what the calibration raises; OutputError where the table cannot be written.
+    refuses; CalibrationError for an image that gives no trustworthy calibration; OutputError where the
+    table cannot be written.
     """
     check_output(spec.output, spec.overwrite, spec.items)
     notes: list[str] = []
@@ -81,7 +82,11 @@ def _calibration(item: str, spec: CalibrationSpec) -> Calibration:
     if _is_picture(item):
         from .calibrate import calibrate_files
 
-        return calibrate_files([item], spec)
+        calibration = calibrate_files([item], spec)
+        quality = calibration.quality
+        if quality is not None and quality.verdict == "failed":
+            raise CalibrationError(f"{shown(item)}: {'; '.join(quality.reasons)}")
+        return calibration
     obj = load(item)
     if not isinstance(obj, Calibration):
         raise InputError(

@@ -9,8 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import pytest
 
+from endocal.benchmarks.rim_frames import random_rim_frame
 from endocal.boundary.detect import boundary_of
 from endocal.calibration.result import Calibration, Quality
 from endocal.files import load, save
@@ -155,3 +157,16 @@ def test_an_output_that_exists_is_left_alone(endocal: Endocal, tmp_path: Path) -
     assert endocal("zoomtable", *items, "-o", out).code == 1
     assert out.read_text() == "mine"
     assert endocal("zoomtable", *items, "-o", out, "--overwrite").code == 0
+
+
+def test_an_image_without_a_pattern_is_refused(endocal: Endocal, tmp_path: Path) -> None:
+    image = tmp_path / "tissue.png"
+    cv2.imwrite(str(image), random_rim_frame(1, "plain", SIZE).image)
+    assert "tissue.png" in refused(endocal, tmp_path, image, setting(tmp_path, 400.0))
+
+
+def test_two_things_on_stdout_are_wrong_usage(endocal: Endocal, tmp_path: Path) -> None:
+    items = [setting(tmp_path, d) for d in (400.0, 500.0)]
+    endocal("zoomtable", *items, "-o", "-", "--json").fails(2)
+    piped = endocal("zoomtable", *items, "-o", "-")
+    assert tomllib.loads(piped.out)["setting"][1]["diameter"] == 500
