@@ -191,7 +191,8 @@ def run(
         raise
     finally:
         for thread in state.threads:
-            thread.join(patience_s)
+            if thread.ident is not None:  # an interrupt may come before it has been started
+                thread.join(patience_s)
     tick()
     if state.error is not None:
         raise state.error
