@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import UsageError
-from .options import Config, Device, Json, Output, Overwrite, note, parse_size, print_json
+from .options import Device, Json, Output, Overwrite, note, parse_size, print_json
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -41,6 +42,10 @@ Size = Annotated[str | None, _picture(help="Output size, WIDTHxHEIGHT in px.")]
 Scale = Annotated[float | None, _picture(help="Magnification of the output.")]
 KeepSar = Annotated[bool, _picture("--keep-sar", help="Keep pixels that are not square.")]
 SideBySide = Annotated[bool, _picture("--side-by-side", help="Original left, corrected right.")]
+Stereo = Annotated[
+    str | None,
+    _picture(help="Two eyes in a frame: sbs (side by side) or tb (one below the other)."),
+]
 Deinterlace = Annotated[str, _picture(help="auto, off, frame (same rate), field (double rate).")]
 Codec = Annotated[str | None, _encoding(metavar="NAME", help="Encoder; else the source's kind.")]
 Crf = Annotated[
@@ -83,18 +88,29 @@ Strict = Annotated[bool, _files("--strict", help="Fail where the input is damage
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing on stderr but errors.")]
 
 
+Configs = Annotated[
+    list[Path],
+    typer.Option(
+        *("--config", "-c"),
+        metavar="FILE",
+        help="A calibration or zoom table; - is stdin. Twice for the two eyes of --stereo.",
+    ),
+]
+
+
 def command(
     source: Annotated[
         str, typer.Argument(metavar="INPUT", help="A video or a picture; - is stdin.")
     ],
     output: Output,
-    config: Config,
+    config: Configs,
     view: View = "same",
     size: Size = None,
     scale: Scale = None,
     interpolation: Interpolation = "bilinear",
     keep_sar: KeepSar = False,
     side_by_side: SideBySide = False,
+    stereo: Stereo = None,
     deinterlace: Deinterlace = "auto",
     lookup: Lookup = "auto",
     assume_diameter: AssumeDiameter = None,
@@ -119,12 +135,16 @@ def command(
     from ..jobs.correct import PIPE, CorrectionSpec, correct
     from ..video.encoder import EncoderChoice
 
+    if len(config) > 2:
+        raise UsageError("--config is given once, or twice for the two eyes of --stereo")
     if json and str(output) == PIPE:
         raise UsageError("--json and -o - both write to stdout: name an output file")
     spec = CorrectionSpec(
         input=source,
         output=str(output),
-        calibration=str(config),
+        calibration=str(config[0]),
+        right_calibration=str(config[1]) if len(config) > 1 else None,
+        stereo=stereo,
         view=view,
         size=parse_size(size),
         scale=scale,

@@ -15,6 +15,7 @@ from ..zoom.table import LOOKUPS, ZoomTable
 from .live_feed import Latency
 from .pipe import PIPE, PipeInput
 
+STEREO = ("sbs", "tb")
 DEINTERLACE = ("auto", "off", "frame", "field")
 # Containers under the names that people give them.
 _CONTAINERS = {"y4m": "yuv4mpegpipe", "mkv": "matroska", "ts": "mpegts"}
@@ -30,11 +31,13 @@ class CorrectionSpec:
     of a calibration or a zoom table. ``size`` is the output's (width, height) in px and ``scale`` its
     magnification; ``container_format`` the output's container (y4m, matroska, mpegts, or another of FFmpeg's
     names) where its suffix does not tell.
-    ``lookup`` is how a zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the
-    visible circle, holds until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of
-    measuring the zoom (CSV or JSON lines). ``allow_protocols`` names the protocols that an input may open
-    besides its own file. ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and
-    leaves frames out rather than fall behind.
+    ``stereo`` says that a frame holds two eyes side by side (sbs) or one below the other (tb), and
+    ``right_calibration`` is then the second one's, where it has another than the first. ``lookup`` is how a
+    zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the visible circle, holds
+    until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of measuring the zoom (CSV or
+    JSON lines). ``allow_protocols`` names the protocols that an input may open besides its own file.
+    ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and leaves frames out rather
+    than fall behind.
     """
 
     input: str
@@ -47,6 +50,8 @@ class CorrectionSpec:
     device: str = "auto"
     keep_sar: bool = False
     side_by_side: bool = False
+    stereo: str | None = None
+    right_calibration: str | None = None
     deinterlace: str = "auto"
     encoder: EncoderChoice = field(default_factory=EncoderChoice)
     container_format: str | None = None
@@ -69,6 +74,12 @@ class CorrectionSpec:
         object.__setattr__(self, "container_format", _CONTAINERS.get(name or "", name))
         if self.lookup not in LOOKUPS:
             raise UsageError(f"--lookup {self.lookup}: it is one of {', '.join(LOOKUPS)}")
+        if self.stereo not in (None, *STEREO):
+            raise UsageError(f"--stereo {self.stereo}: it is one of {', '.join(STEREO)}")
+        if self.right_calibration is not None and self.stereo is None:
+            raise UsageError("a second calibration is for the second eye of --stereo")
+        if self.stereo is not None and (self.side_by_side or self.zoom_log or self.zoom_from):
+            raise UsageError("--stereo excludes --side-by-side, --zoom-log and --zoom-from")
         if self.size is not None and self.scale is not None:
             raise UsageError("--size and --scale exclude each other")
         if self.input == PIPE and self.calibration == PIPE:
@@ -121,6 +132,7 @@ def correct(
     what to do; with ``strict``, for damage too that is otherwise only a warning.
     """
     lens = load(spec.calibration)
+    right = None if spec.right_calibration is None else load(spec.right_calibration)
     if not isinstance(lens, ZoomTable):
         _refuse_zoom_options(spec)
     source = PipeInput() if spec.input == PIPE else spec.input
@@ -132,7 +144,8 @@ def correct(
         return correct_picture(spec, lens, source)
     from .correct_video import correct_video
 
-    return correct_video(spec, lens, source, progress)
+    lenses = [lens] if spec.stereo is None else [lens, right or lens]
+    return correct_video(spec, lenses, source, progress)
 
 
 def _refuse_zoom_options(spec: CorrectionSpec) -> None:

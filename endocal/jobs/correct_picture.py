@@ -77,6 +77,7 @@ def _check(spec: CorrectionSpec) -> None:
         ("--pix-fmt", encoder.pix_fmt),
         ("--codec-option", encoder.options),
         ("--format", spec.container_format),
+        ("--stereo", spec.stereo),
         ("--zoom-log", spec.zoom_log),
         ("--zoom-from", spec.zoom_from),
     ):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -14,30 +14,27 @@ import numpy as np
 from ..errors import InputError
 from ..files import atomic_output
 from ..files.names import shown
-from ..remap.engine import FrameRemapper
-from ..remap.geometry import OutputGeometry, output_geometry
-from ..remap.layout import FrameLayout, frame_layout, supported
-from ..video.frames import Frame, luma_view, plane_views
+from ..remap.layout import supported
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
-from ..video.writer import OutputPicture, VideoWriter
+from ..video.writer import VideoWriter
 from .correct import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
+from .corrector import Corrector, Split
 from .lens import Lens, ModelSource, fit_lens, model_source
 from .live_feed import LiveFeed
 from .pipe import PIPE, PipeInput, PipeOutput
-from .side_by_side import SideBySide
 from .whole_frames import WholeFrames
 from .zoom_log import RecordedZoom, ZoomLog, zoom_log
 
 
 def correct_video(
     spec: CorrectionSpec,
-    lens: Lens,
+    lenses: Sequence[Lens],
     source: str | PipeInput,
     progress: Callable[[Progress], None] | None = None,
 ) -> CorrectionReport:
-    """Correct a video; see ``correct``."""
+    """Correct a video; see ``correct``. ``lenses`` holds one for each eye."""
     began = time.monotonic()
     name = input_name(spec)
     with VideoReader(
@@ -50,11 +47,11 @@ def correct_video(
         feed = LiveFeed() if spec.live else None
         whole = WholeFrames(reader, spec.deinterlace)
         info = whole.info
-        aspect = None if info.sample_aspect is None else float(info.sample_aspect)
-        lens, note = fit_lens(lens, info.size, aspect, shown(spec.calibration))
+        split = Split(info, spec.stereo)
+        fitted, notes = _fit(spec, lenses, split, info)
         with _zoom_log(spec) as log, _target(spec) as target:
-            models = _models(spec, lens, log, reader)
-            corrector = _Corrector(spec, info, models)
+            eyes = _eyes(spec, fitted, split, log, reader)
+            corrector = Corrector(spec, info, split, eyes)
             with VideoWriter(
                 target,
                 reader,
@@ -111,81 +108,51 @@ def correct_video(
             duration=info.duration,
             damaged=reader.damaged,
             corrupt=reader.corrupt,
-            zoom=dict(models.sources),
+            zoom=dict(sum((eye.sources for eye in eyes), Counter())),
             latency=None if feed is None else feed.latency(),
-            notes=(*([note] if note else ()), *models.notes, *whole.notes(), *writer.notes),
+            notes=(
+                *notes,
+                *(note for eye in eyes for note in eye.notes),
+                *whole.notes(),
+                *writer.notes,
+            ),
             warnings=tuple(warnings),
         )
 
 
-class _Corrector:
-    """Turns the planes of a frame into those of the output; ``picture`` says what comes out."""
-
-    def __init__(self, spec: CorrectionSpec, info: StreamInfo, models: ModelSource) -> None:
-        self._models = models
-        layout = frame_layout(
-            info.pix_fmt,
-            info.size,
-            full_range=info.full_range,
-            chroma_location=info.colour.chroma_location or "unspecified",
-        )
-        geometry = _geometry(spec, layout, models)
-        self._remapper = FrameRemapper(layout, geometry, spec.interpolation, spec.device)
-        self._beside: SideBySide | None = None
-        size = geometry.size
-        if spec.side_by_side:
-            self._beside = SideBySide(layout, self._remapper.output_layout)
-            size = self._beside.size
-        aspect = info.sample_aspect
-        if geometry.pixel_aspect != (1.0 if aspect is None else float(aspect)):
-            aspect = Fraction(geometry.pixel_aspect).limit_denominator(1000)
-        self.picture = OutputPicture(size, info.pix_fmt, aspect)
-
-    @property
-    def device(self) -> str:
-        """The name of the device that remaps."""
-        return self._remapper.device_name
-
-    def apply(self, frame: Frame, target: Frame) -> None:
-        """Fill the frame ``target`` from the next frame of the input."""
-        planes, out = plane_views(frame), plane_views(target)
-        model = self._models.model(partial(luma_view, frame), frame.time)
-        if self._beside is None:
-            self._remapper.apply(model, planes, out)
-            return
-        self._beside.fill_gaps(out)
-        for plane, view in zip(planes, self._beside.left(out), strict=True):
-            view[...] = plane
-        self._remapper.apply(model, planes, self._beside.right(out))
-
-
-def _models(
-    spec: CorrectionSpec, lens: Lens, log: ZoomLog | None, reader: VideoReader
-) -> ModelSource:
+def _eyes(
+    spec: CorrectionSpec,
+    lenses: Sequence[Lens],
+    split: Split,
+    log: ZoomLog | None,
+    reader: VideoReader,
+) -> list[ModelSource]:
+    """Return where each eye's models come from."""
     recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
 
-    def ahead() -> Iterator[np.ndarray]:
-        return map(luma_view, reader.from_start() or ())
+    def look_ahead(eye: int) -> Iterator[np.ndarray]:
+        return (split.luma(frame, eye) for frame in reader.from_start() or ())
 
-    return model_source(lens, spec.lookup, spec.assume_diameter, recorded, log, ahead)
-
-
-def _geometry(spec: CorrectionSpec, layout: FrameLayout, models: ModelSource) -> OutputGeometry:
-    """Lay out the output; a size that nobody asked for is made to fit whole chroma samples."""
-    # Beside the original, which keeps its pixels, the corrected frame has to keep them too.
-    square = not (spec.keep_sar or spec.side_by_side)
-
-    def lay_out(size: tuple[int, int] | None, scale: float | None) -> OutputGeometry:
-        return output_geometry(
-            models.models, models.boundaries, spec.view, size, scale, square_pixels=square
+    return [
+        model_source(
+            lens, spec.lookup, spec.assume_diameter, recorded, log, partial(look_ahead, eye)
         )
+        for eye, lens in enumerate(lenses)
+    ]
 
-    geometry = lay_out(spec.size, spec.scale)
-    steps = [plane.step for plane in layout.planes]
-    whole = tuple(n + n % max(step[axis] for step in steps) for axis, n in enumerate(geometry.size))
-    if spec.size is not None or geometry.size in (whole, layout.size):
-        return geometry
-    return lay_out((whole[0], whole[1]), None)
+
+def _fit(
+    spec: CorrectionSpec, lenses: Sequence[Lens], split: Split, info: StreamInfo
+) -> tuple[list[Lens], list[str]]:
+    """Fit each eye's lens to its part of the frame; return the lenses and what is to be said of them."""
+    aspect = None if info.sample_aspect is None else float(info.sample_aspect)
+    names = [spec.calibration, spec.right_calibration or spec.calibration]
+    fitted, notes = [], []
+    for lens, name in zip(lenses, names, strict=False):
+        one, note = fit_lens(lens, split.layout.size, aspect, shown(name))
+        fitted.append(one)
+        notes += [note] if note and note not in notes else []
+    return fitted, notes
 
 
 def _container(spec: CorrectionSpec, info: StreamInfo) -> str | None:
@@ -215,7 +182,7 @@ def _zoom_log(spec: CorrectionSpec) -> Iterator[ZoomLog | None]:
 
 
 def _inputs(spec: CorrectionSpec) -> list[str]:
-    paths = (spec.input, spec.calibration, spec.zoom_from)
+    paths = (spec.input, spec.calibration, spec.right_calibration, spec.zoom_from)
     return [path for path in paths if path not in (None, PIPE)]
 
 

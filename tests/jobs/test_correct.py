@@ -20,7 +20,7 @@ from endocal.remap.geometry import output_geometry
 from endocal.remap.layout import frame_layout
 from endocal.video.frames import plane_views
 from tests.jobs.lenses import calibration, zoom_table
-from tests.video.clips import Clip, contents
+from tests.video.clips import Clip, contents, drifting
 
 CLIP = Clip(frames=6)
 DELIVERY = Clip(frames=12, codec="libx264", options={"preset": "ultrafast"})
@@ -131,6 +131,38 @@ def test_original_and_corrected_side_by_side(tmp_path: Path) -> None:
         assert (whole[38:, 66:] == 16).all()
 
 
+@pytest.mark.parametrize("arrangement", ["sbs", "tb"])
+def test_two_eyes_are_corrected_each_by_its_own_lens(tmp_path: Path, arrangement: str) -> None:
+    axis = 1 if arrangement == "sbs" else 0
+
+    def picture(number: int, width: int, height: int) -> np.ndarray:
+        return np.concatenate([drifting(number + 5 * eye, 64, 48) for eye in (0, 1)], axis=axis)
+
+    size = (128, 48) if arrangement == "sbs" else (64, 96)
+    both = replace(CLIP, size=size, picture=picture).make(tmp_path / "both.mkv")
+    lenses = [
+        calibration(tmp_path / "left.toml", LAM, CENTER),
+        calibration(tmp_path / "right.toml", -LAM, (34.0, 22.0)),
+    ]
+    report = run(tmp_path, both, lenses[0], stereo=arrangement, right_calibration=lenses[1])
+    assert report.size_out == size
+    whole = contents(tmp_path / "out.mkv").frames
+    for eye, lens in enumerate(lenses):
+        one = replace(CLIP, picture=lambda n, w, h, eye=eye: drifting(n + 5 * eye, w, h))
+        run(tmp_path, one.make(tmp_path / f"{eye}.mkv"), lens, f"out{eye}.mkv")
+        for a, b in zip(whole, contents(tmp_path / f"out{eye}.mkv").frames, strict=True):
+            part = np.split(plane_views(a)[0], 2, axis=axis)[eye]
+            # The encoder's rearrangement from RGB is each frame's own: chroma may differ, luma not.
+            assert np.array_equal(part, plane_views(b)[0])
+
+
+def test_a_frame_that_cannot_be_halved_is_refused(tmp_path: Path) -> None:
+    source = replace(CLIP, size=(66, 48)).make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, (16, 24), (33, 48))
+    with pytest.raises(InputError, match="cannot be halved"):
+        run(tmp_path, source, lens, stereo="sbs")
+
+
 @pytest.mark.parametrize(
     ("interlace", "mode", "frames", "words"),
     [
@@ -237,6 +269,9 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
         {"lookup": "area"},
         {"lookup": "sideways"},
         {"deinterlace": "always"},
+        {"stereo": "left"},
+        {"right_calibration": lens},
+        {"stereo": "tb", "side_by_side": True},
         {"size": (64, 48), "scale": 2.0},
         {"interpolation": "magic"},
     ):
