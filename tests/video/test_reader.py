@@ -171,6 +171,17 @@ def test_a_size_that_changes_midway_is_an_error_that_names_the_time(tmp_path: Pa
     assert " s: split the file there" in message
 
 
+def test_a_frame_too_large_is_refused_before_it_is_decoded(tmp_path: Path) -> None:
+    path = tmp_path / "huge.mkv"
+    with av.open(str(path), "w") as out:
+        stream = out.add_mux_stream("mjpeg", rate=25, width=20000, height=64)
+        packet = av.Packet(b"\xff\xd8\xff\xe0" + bytes(200))
+        packet.stream, packet.time_base = stream, Fraction(1, 1000)
+        packet.pts = packet.dts = 0
+        out.mux(packet)
+    assert "larger than 16384 px a side" in refusal(path)
+
+
 def test_damage_is_counted_and_the_rest_decoded(tmp_path: Path) -> None:
     path = Clip(frames=40, codec="libx264", options={"g": "10"}).make(tmp_path / "a.mp4")
     data = bytearray(path.read_bytes())
