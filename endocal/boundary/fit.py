@@ -15,12 +15,14 @@ Array = NDArray[np.float32]
 
 # Triples that are tried at first, and those that follow where no circle has this share of the points.
 _HYPOTHESES, _CLEAR = (40, 120), 0.6
+# With this share of the points on it, a circle needs no further search.
+_NEARLY_ALL = 0.85
 # Points that every hypothesis is tried on; more would cost time and hardly change the winner.
 _JURY = 96
 # Tukey's biweight: residuals beyond this many robust standard deviations count for nothing.
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
-_FIT_ROUNDS, _SETTLED = 12, 0.03
+_FIT_ROUNDS, _SETTLED = 12, 0.05
 
 
 class Circle(NamedTuple):
@@ -62,8 +64,9 @@ def consensus_circle(
 ) -> Circle | None:
     """Find the circle that most points lie on, within ``tolerance``, and fit it to those points.
 
-    ``x`` and ``y`` are (n,) float32; ``radii`` bounds the radius. RANSAC (Fischler and Bolles 1981) with a
-    fixed draw of triples. None when no triple gives a circle within the bounds.
+    ``x`` and ``y`` are (n,) float32; ``radii`` bounds the radius. Where nearly all points are on one circle,
+    least squares finds it; else RANSAC does (Fischler and Bolles 1981), with a fixed draw of triples. None
+    when no triple gives a circle within the bounds.
     """
     n = len(x)
     if n < 6:
@@ -74,28 +77,55 @@ def consensus_circle(
     points[1] = y - y[0]
     points[2] = 1
     points[3] = points[0] * points[0] + points[1] * points[1]
+    found = _common_circle(points, radii, tolerance) or _most_voted(points, radii, tolerance)
+    if found is None:
+        return None
+    return Circle(found.x + float(x[0]), found.y + float(y[0]), found.radius)
+
+
+def _common_circle(points: Array, radii: tuple[float, float], tolerance: float) -> Circle | None:
+    """Fit a circle to all points (4, n), and to those near it; None unless nearly all are."""
+    chosen = points
+    for _ in range(2):
+        circle = _algebraic_circle(chosen)
+        if circle is None or not radii[0] <= circle.radius <= radii[1]:
+            return None
+        near = _near(points, circle, tolerance)
+        if np.count_nonzero(near) > _NEARLY_ALL * points.shape[1]:
+            return _algebraic_circle(points[:, near])
+        chosen = points[:, near]
+    return None
+
+
+def _most_voted(points: Array, radii: tuple[float, float], tolerance: float) -> Circle | None:
+    """Fit a circle to the points (4, n) near that circle through three of them which has most near it."""
+    n = points.shape[1]
     jury = points[:, :: -(-n // _JURY)]
-    best, test, votes = None, None, 0
+    best, votes = None, 0.0
     for triples in (_FIRST_TRIPLES, _MORE_TRIPLES):
         circles = _circles_through(points[:2, (triples * n).astype(np.intp)])
-        tests = _membership(circles, tolerance)
-        agree = np.abs(tests @ jury) < (2 * tolerance * circles[2])[:, None]
+        agree = (
+            np.abs(_membership(circles, tolerance) @ jury) < (2 * tolerance * circles[2])[:, None]
+        )
         counts = agree.astype(np.float32) @ np.ones(jury.shape[1], np.float32)
         counts[(circles[2] < radii[0]) | (circles[2] > radii[1])] = 0
         winner = int(counts.argmax())
         if counts[winner] > votes:
-            votes = counts[winner]
-            best, test = Circle(*circles[:, winner].tolist()), tests[winner]
+            votes, best = float(counts[winner]), Circle(*circles[:, winner].tolist())
         # Where most points agree, more triples would only find the same circle again.
         if votes > _CLEAR * jury.shape[1]:
             break
-    if best is None or test is None:
+    if best is None:
         return None
-    near = np.abs(test @ points) < 2 * tolerance * best.radius
-    found = _algebraic_circle(points[:, near])
-    if found is None or not radii[0] <= found.radius <= radii[1]:
-        found = best
-    return Circle(found.x + float(x[0]), found.y + float(y[0]), found.radius)
+    found = _algebraic_circle(points[:, _near(points, best, tolerance)])
+    return found if found is not None and radii[0] <= found.radius <= radii[1] else best
+
+
+def _near(points: Array, circle: Circle, tolerance: float) -> NDArray[np.bool_]:
+    """Say which points (4, n) are within ``tolerance`` of the circle."""
+    x, y, r = circle
+    row = np.array([-2 * x, -2 * y, x * x + y * y - r * r - tolerance * tolerance, 1], np.float32)
+    return np.abs(row @ points) < 2 * tolerance * r
 
 
 def _membership(circles: Array, tolerance: float) -> Array:
@@ -180,7 +210,7 @@ def fit_offsets(
         moved = max(abs(shift[0] - last[0]), abs(shift[1] - last[1]), abs(shift[2] - last[2]))
         if limit <= scale and moved < _SETTLED:
             break
-        limit = max(limit / 4, scale)
+        limit = max(limit / 6, scale)
         residual *= np.float32(1 / (_TUKEY * limit))
         weight = np.maximum(1 - residual * residual, 0)
         weight *= weight

@@ -29,7 +29,7 @@ _LEAST_SUPPORT = 0.06 * DIRECTIONS
 # samples.
 _FAR, _FLAT, _ENOUGH = 1.12, 2.5, 8
 # Every so manieth sample each way is looked at for that.
-_APART = 3
+_APART = 4
 
 
 @dataclass(frozen=True)
