@@ -25,6 +25,7 @@ FLOORS = {
     "remap": 3,
     "video": 3,
     "exchange": 4,
+    "report": 4,
     "files": 4,
     "jobs": 5,
     "benchmarks": 5,
