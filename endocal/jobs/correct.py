@@ -38,6 +38,7 @@ class CorrectionSpec:
     JSON lines). ``allow_protocols`` names the protocols that an input may open besides its own file.
     ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and leaves frames out rather
     than fall behind.
+    ``threads`` may decode, and as many encode; 0: as many as there are cores.
     """
 
     input: str
@@ -64,6 +65,7 @@ class CorrectionSpec:
     live: bool = False
     strip_metadata: bool = False
     allow_protocols: tuple[str, ...] = ()
+    threads: int = 0
 
     def __post_init__(self) -> None:
         if self.deinterlace not in DEINTERLACE:
@@ -80,6 +82,8 @@ class CorrectionSpec:
             raise UsageError("a second calibration is for the second eye of --stereo")
         if self.stereo is not None and (self.side_by_side or self.zoom_log or self.zoom_from):
             raise UsageError("--stereo excludes --side-by-side, --zoom-log and --zoom-from")
+        if self.threads < 0:
+            raise UsageError(f"--threads {self.threads}: it is 1 or more")
         if self.size is not None and self.scale is not None:
             raise UsageError("--size and --scale exclude each other")
         if self.input == PIPE and self.calibration == PIPE:
@@ -103,6 +107,8 @@ class CorrectionReport:
     ``notes`` say what was decided or left out, ``warnings`` what was wrong with the input. ``damaged``
     counts packets that could not be decoded and ``corrupt`` frames decoded with errors. ``zoom`` counts the
     frames by where their zoom came from (rim, tracked, held, given); empty for a fixed calibration.
+    ``diameters`` are the least and the greatest diameter of the visible circle that the zoom was taken from,
+    px; None for a fixed calibration.
     ``latency`` is that of a live input.
     """
 
@@ -118,6 +124,7 @@ class CorrectionReport:
     damaged: int = 0
     corrupt: int = 0
     zoom: dict[str, int] = field(default_factory=dict)
+    diameters: tuple[float, float] | None = None
     latency: Latency | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

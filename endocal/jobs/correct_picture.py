@@ -64,6 +64,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
         size_out=(corrected.shape[1], corrected.shape[0]),
         device=remapper.device_name,
         zoom=dict(models.sources),
+        diameters=models.diameters,
         notes=(note,) if note else (),
     )
 

@@ -40,12 +40,13 @@ def correct_video(
     with VideoReader(
         source,
         name=name,
+        threads=spec.threads,
         accepts=supported,
         allow_protocols=spec.allow_protocols,
         live=spec.live,
     ) as reader:
         feed = LiveFeed() if spec.live else None
-        whole = WholeFrames(reader, spec.deinterlace)
+        whole = WholeFrames(reader, spec.deinterlace, spec.threads)
         info = whole.info
         split = Split(info, spec.stereo)
         fitted, notes = _fit(spec, lenses, split, info)
@@ -57,7 +58,7 @@ def correct_video(
                 reader,
                 info,
                 corrector.picture,
-                replace(spec.encoder, live=spec.live),
+                replace(spec.encoder, live=spec.live, threads=spec.threads),
                 name=output_name(spec),
                 container_format=_container(spec, info),
                 strip_metadata=spec.strip_metadata,
@@ -109,6 +110,7 @@ def correct_video(
             damaged=reader.damaged,
             corrupt=reader.corrupt,
             zoom=dict(sum((eye.sources for eye in eyes), Counter())),
+            diameters=_range([eye.diameters for eye in eyes if eye.diameters is not None]),
             latency=None if feed is None else feed.latency(),
             notes=(
                 *notes,
@@ -184,6 +186,13 @@ def _zoom_log(spec: CorrectionSpec) -> Iterator[ZoomLog | None]:
 def _inputs(spec: CorrectionSpec) -> list[str]:
     paths = (spec.input, spec.calibration, spec.right_calibration, spec.zoom_from)
     return [path for path in paths if path not in (None, PIPE)]
+
+
+def _range(ranges: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
+    """Return the range that spans all of them."""
+    if not ranges:
+        return None
+    return min(r[0] for r in ranges), max(r[1] for r in ranges)
 
 
 def _expected(info: StreamInfo) -> int | None:

@@ -29,12 +29,14 @@ class ModelSource(Protocol):
     """Gives the model of each frame, asked in the order of the frames.
 
     ``models`` span what may come and ``boundaries`` are their visible circles, to lay out the output;
-    ``sources`` counts the frames by where their zoom came from, and ``notes`` says what was assumed.
+    ``sources`` counts the frames by where their zoom came from, ``diameters`` are the least and the greatest
+    of the visible circle so far, px (None without a zoom), and ``notes`` says what was assumed.
     """
 
     models: tuple[DivisionModel, ...]
     boundaries: tuple[Boundary | None, ...]
     sources: Counter[str]
+    diameters: tuple[float, float] | None
     notes: list[str]
 
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
@@ -54,6 +56,7 @@ class FixedModel:
         self.models: tuple[DivisionModel, ...] = (self._model,)
         self.boundaries: tuple[Boundary | None, ...] = (calibration.boundary,)
         self.sources: Counter[str] = Counter()
+        self.diameters: tuple[float, float] | None = None
         self.notes: list[str] = []
 
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:

@@ -17,10 +17,10 @@ class WholeFrames:
     """The items of a reader with its frames deinterlaced as ``mode`` asks: auto, off, frame or field.
 
     ``auto`` makes those frames whole that are flagged as interlaced, and all of them where they are combed
-    without being flagged. ``info`` describes what comes out.
+    without being flagged. ``info`` describes what comes out. ``threads``: see Deinterlacer.
     """
 
-    def __init__(self, reader: VideoReader, mode: str) -> None:
+    def __init__(self, reader: VideoReader, mode: str, threads: int = 0) -> None:
         self.info = reader.info
         self._reader = reader
         self._mode = mode
@@ -32,6 +32,7 @@ class WholeFrames:
                 fields=mode == "field",
                 order=self._order,
                 only_flagged=mode == "auto" and self._order is None,
+                threads=threads,
             )
             self.info = self._described(self._deinterlacer)
 

@@ -56,6 +56,7 @@ class FollowedZoom:
             Boundary(s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
         )
         self.sources: Counter[str] = Counter()
+        self.diameters: tuple[float, float] | None = None
 
     def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
         """Measure the circle in the frame, or look up the record, and return the model of its zoom."""
@@ -67,6 +68,8 @@ class FollowedZoom:
             estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
         self.sources[estimate.source] += 1
         self._watch_range(estimate.diameter, time_s)
+        least, most = self.diameters or (estimate.diameter, estimate.diameter)
+        self.diameters = (min(least, estimate.diameter), max(most, estimate.diameter))
         if self._log is not None:
             self._log.add(
                 ZoomRecord(

@@ -58,6 +58,11 @@ _LIVE = {
     "libx265": {"tune": "zerolatency"},
     "libvpx-vp9": {"deadline": "realtime", "lag-in-frames": "0"},
 }
+# Encoders with threads of their own, past those of the codec's context: how they are told how many.
+_OWN_THREADS = {
+    "libx265": ("x265-params", "pools={0}"),
+    "libsvtav1": ("svtav1-params", "lp={0}"),
+}
 # Pixel formats that differ from another in name only, the range being told apart from them.
 _PLAIN = {
     "yuvj420p": "yuv420p",
@@ -74,7 +79,7 @@ class EncoderChoice:
     """What the user asks of the encoder; None leaves it to the source.
 
     ``crf`` is in the encoder's own scale; ``options`` go to the encoder as they are. ``live`` asks for
-    every frame at once.
+    every frame at once. ``threads`` are those that it may use, 0 for as many as there are cores.
     """
 
     codec: str | None = None
@@ -83,6 +88,7 @@ class EncoderChoice:
     pix_fmt: str | None = None
     options: dict[str, str] = field(default_factory=dict)
     live: bool = False
+    threads: int = 0
 
 
 @dataclass(frozen=True)
@@ -181,6 +187,9 @@ def _options(
     if codec == "libx265":
         # Its own chatter goes to the terminal past every log setting of the library.
         _join(options, {"x265-params": "log-level=none"})
+    if choice.threads and codec in _OWN_THREADS:
+        option, text = _OWN_THREADS[codec]
+        _join(options, {option: text.format(choice.threads)})
     _join(options, choice.options)
     return options
 

@@ -82,8 +82,8 @@ class Deinterlacer:
 
     ``fields`` gives a frame for every field, at double the rate; otherwise one for every frame, at the
     frame's own time. ``order`` (``tff``, ``bff``) holds for all frames; without it each frame's flags
-    tell, and ``only_flagged`` lets frames pass that are not flagged as interlaced. ``frames`` counts the
-    frames that were made whole.
+    tell, and ``only_flagged`` lets frames pass that are not flagged as interlaced. ``threads`` may work on
+    a frame, 0 for as many as there are cores. ``frames`` counts the frames that were made whole.
     """
 
     def __init__(
@@ -93,8 +93,10 @@ class Deinterlacer:
         fields: bool = False,
         order: str | None = None,
         only_flagged: bool = False,
+        threads: int = 0,
     ) -> None:
         self._info = info
+        self._threads = threads
         self._fields = fields
         self._only_flagged = only_flagged
         self._settings = ":".join(
@@ -127,7 +129,7 @@ class Deinterlacer:
                 if self._only_flagged and not flagged:
                     yield item
                     continue
-                graph = _Graph(self._info, ("bwdif", self._settings))
+                graph = _Graph(self._info, ("bwdif", self._settings), self._threads)
             yield from self._in_time(graph.push(item))
         if graph is not None:
             yield from self._in_time(graph.push(None))
@@ -145,8 +147,9 @@ class Deinterlacer:
 class _Graph:
     """A filter that frames are pushed into and come out of in the format that they had."""
 
-    def __init__(self, info: StreamInfo, stage: tuple[str, str]) -> None:
+    def __init__(self, info: StreamInfo, stage: tuple[str, str], threads: int) -> None:
         self._graph = av.filter.Graph()
+        self._graph.threads = threads
         source = self._graph.add_buffer(
             width=info.size[0],
             height=info.size[1],

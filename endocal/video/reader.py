@@ -56,6 +56,7 @@ class VideoReader:
     ) -> None:
         self.name = name
         self._live = live
+        self._threads = threads
         self.decoded = 0
         self.damaged = 0
         self.corrupt = 0
@@ -154,6 +155,7 @@ class VideoReader:
             stream = container.streams[self._stream.index]
             assert isinstance(stream, av.VideoStream)
             stream.codec_context.thread_type = "AUTO"
+            stream.codec_context.thread_count = self._threads
             for place in range(1, places):
                 start = (self.info.start or 0) + (self.info.duration or 0) * place / places
                 with contextlib.suppress(av.error.FFmpegError):
@@ -169,7 +171,11 @@ class VideoReader:
 
     def _again(self, source: str) -> Iterator[av.VideoFrame]:
         with VideoReader(
-            source, name=self.name, accepts=self._accepts, allow_protocols=self._allow_protocols
+            source,
+            name=self.name,
+            threads=self._threads,
+            accepts=self._accepts,
+            allow_protocols=self._allow_protocols,
         ) as reader:
             yield from filter(is_frame, reader.items())
 

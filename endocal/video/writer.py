@@ -246,7 +246,7 @@ class VideoWriter:
         context.color_trc = info.colour.transfer
         # Frames in threads, which is quicker and compresses better than slices in threads.
         context.thread_type = "AUTO"
-        context.thread_count = 0
+        context.thread_count = choice.threads
         if info.display_matrix is not None:
             stream.set_display_matrix(info.display_matrix)
         self._stream = stream

@@ -79,6 +79,15 @@ def test_the_report_tells_what_was_done(tmp_path: Path) -> None:
     assert steps[-1].frames == steps[-1].total == 12
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_encoder_has_the_threads_that_were_given(tmp_path: Path, threads: int) -> None:
+    source = DELIVERY.make(tmp_path / "a.mp4")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    run(tmp_path, source, lens, "out.mp4", threads=threads)
+    # x264 writes its settings into the stream.
+    assert f" threads={threads} ".encode() in (tmp_path / "out.mp4").read_bytes()
+
+
 def test_a_calibration_of_another_size_is_rescaled_and_told(tmp_path: Path) -> None:
     source = CLIP.make(tmp_path / "a.mkv")
     half = calibration(tmp_path / "half.toml", LAM * 4, (14.75, 12.25), (32, 24))
@@ -193,6 +202,8 @@ def test_the_zoom_is_followed_logged_and_fed_back(tmp_path: Path) -> None:
     assert [row["frame"] for row in rows] == list(range(12))
     # A quick zoom may surprise the filter once.
     assert report.zoom["rim"] >= 11
+    assert report.diameters is not None
+    assert report.diameters[0] < report.diameters[1]
     # The circle is small and the zoom quick: two frames of lag are four px.
     assert [row["diameter"] for row in rows] == pytest.approx(diameters, abs=4)
     for row in rows:

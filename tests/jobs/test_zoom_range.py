@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from endocal.jobs.zoom_log import RecordedZoom
 from endocal.jobs.zoom_source import FollowedZoom
@@ -15,22 +16,24 @@ TABLE = ZoomTable(
 )
 
 
-def notes(folder: Path, diameters: list[float]) -> list[str]:
+def follow(folder: Path, diameters: list[float]) -> FollowedZoom:
     path = folder / "zoom.csv"
     rows = [f"{i},{i / 25},{d}" for i, d in enumerate(diameters)]
     path.write_text("\n".join(["frame,time,diameter", *rows]) + "\n")
     zoom = FollowedZoom(TABLE, "auto", None, RecordedZoom(str(path)), None, None)
     for i in range(len(diameters)):
         zoom.model(lambda: np.zeros((480, 640), np.uint8), i / 25)
-    return zoom.notes
+    return zoom
 
 
 def test_within_the_table_there_is_nothing_to_say(tmp_path: Path) -> None:
-    assert not notes(tmp_path, [400.0, 450.0, 500.0, 505.0, 395.0])
+    zoom = follow(tmp_path, [400.0, 450.0, 500.0, 505.0, 395.0])
+    assert not zoom.notes
+    assert zoom.diameters == pytest.approx((395.0, 505.0))
 
 
 def test_beyond_it_the_law_is_named_once(tmp_path: Path) -> None:
-    (note,) = notes(tmp_path, [450.0, 500.0, 560.0, 600.0, 450.0, 300.0])
+    (note,) = follow(tmp_path, [450.0, 500.0, 560.0, 600.0, 450.0, 300.0]).notes
     assert "560 px" in note
     assert "0.08 s" in note
     assert "400 to 500 px" in note

@@ -1,0 +1,30 @@
+"""The number of threads that libraries may start, told before they are loaded."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+
+def threads_of(code: str, **env: str) -> str:
+    environment = {k: v for k, v in os.environ.items() if not k.endswith(("_COUNT", "_THREADS"))}
+    return subprocess.run(
+        [sys.executable, "-c", "from endocal.jobs.threads import limit_threads\n" + code],
+        env=environment | env,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.strip()
+
+
+def test_libraries_keep_to_the_limit() -> None:
+    code = "limit_threads(1); import cv2; print(cv2.getNumThreads())"
+    assert threads_of(code) == "1"
+
+
+def test_the_environment_goes_first_and_zero_sets_nothing() -> None:
+    code = "limit_threads({}); import os; print(os.environ.get('POCL_MAX_PTHREAD_COUNT'))"
+    assert threads_of(code.format(3), POCL_MAX_PTHREAD_COUNT="2") == "2"
+    assert threads_of(code.format(3)) == "3"
+    assert threads_of(code.format(0)) == "None"
