@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,6 +14,8 @@ from pathlib import Path
 
 import hypothesis
 import pytest
+
+from tests.browser import NAMES, Browser
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -37,6 +40,18 @@ def real_data() -> Path:
 def sample_data() -> Path:
     """The folder of synthetic samples with known truth, part of the project."""
     return ROOT / "sample_data"
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Browser:
+    """A headless Chromium. CI has to say aloud, by ENDOCAL_NO_CHROMIUM, that it has none."""
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    if program is None:
+        message = f"no browser to look at pages with: none of {', '.join(NAMES)} is installed"
+        if os.environ.get("CI") and not os.environ.get("ENDOCAL_NO_CHROMIUM"):
+            pytest.fail(message)
+        pytest.skip(message)
+    return Browser(program, tmp_path_factory.mktemp("browser"))
 
 
 @dataclass(frozen=True)

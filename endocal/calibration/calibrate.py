@@ -11,21 +11,16 @@ from .._version import __version__
 from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
-from .edges import sobel_gradients
 from .fit import covariance
-from .measures import NamedMeasure, measure_named
+from .objective import cost_of, region_of
 from .quality import Evidence, judge
-from .refine import Refined, View, best_start, misfit_of_views, reach_of, refine
+from .refine import Refined, best_start, misfit_of_views, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
-from .search import Found, Measure, Region, search
+from .search import Found, search
 from .spec import CalibrationSpec
 from .straightness import Floats, residuals
 
-# Where Algorithm 1 only finds a start, so many points vote at most, drawn evenly.
-MOST_VOTERS_FOR_START = 5_000
-# The search ends where lambda is as good as zero, px^-2 (METHOD: [-1 / r_max^2, -1e-7]).
-SMALLEST_LAMBDA = -1e-7
 # A model is used up to this share of the radius at which it folds.
 SHORT_OF_FOLD = 0.98
 # A fit's share of residuals within which straightness is told, in robust standard deviations.
@@ -37,14 +32,31 @@ ALMOST_AS_STRAIGHT = 1.15
 
 
 @dataclass(frozen=True)
+class Workings:
+    """What a calibration rests on, for those who want to look at it; in square pixels.
+
+    ``scene``: the pictures' edges; ``found``: the search's answer. Without refinement the rest is None:
+    ``refined``: the measured points on lines, and their residuals; ``covariance`` (k, k) of the model's
+    parameters, with zeros for one that was given; ``evidence``: what the verdict weighs.
+    """
+
+    scene: Scene
+    found: Found
+    refined: Refined | None = None
+    covariance: Floats | None = None
+    evidence: Evidence | None = None
+
+
+@dataclass(frozen=True)
 class Joint:
-    """A calibration of several pictures.
+    """A calibration of several pictures, and its workings.
 
     ``rms`` px: the straightness of each picture's lines under the common model, None for one left out;
     ``left_out``: the numbers, from 0, of pictures that do not go with the others.
     """
 
     calibration: Calibration
+    workings: Workings
     rms: tuple[float | None, ...] = ()
     left_out: tuple[int, ...] = ()
 
@@ -71,7 +83,8 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
     while True:
         found = _search(scene, spec)
         if not spec.refine:
-            return Joint(_bare(scene, spec, found), (None,) * len(images))
+            bare = _bare(scene, spec, found)
+            return Joint(bare, Workings(scene, found), (None,) * len(images))
         refined, content = _refine(scene, spec, found)
         outlier = _outlier(scene, refined, content)
         if outlier is None:
@@ -80,7 +93,8 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
     used = {view.picture for view in scene.views}
     rms = tuple(_rms_of(scene, refined, i) if i in used else None for i in range(len(images)))
     left_out = tuple(i for i in range(len(images)) if i not in used)
-    return Joint(_calibration(scene, spec, found, refined), rms, left_out)
+    calibration, workings = _calibration(scene, spec, found, refined)
+    return Joint(calibration, workings, rms, left_out)
 
 
 def _outlier(scene: Scene, refined: Refined, content: float) -> int | None:
@@ -102,30 +116,8 @@ def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
 
 def _search(scene: Scene, spec: CalibrationSpec) -> Found:
     """Algorithm 1 over the article's region, lambda bounded by the visible content."""
-    reach = reach_of(scene.views, scene.prior.center)
-    named = measure_named(spec.method)
-    most = min(named.most_points, MOST_VOTERS_FOR_START if spec.refine else named.most_points)
-    measures = [_measure(view, named, most, spec.sobel, scene.square_size) for view in scene.views]
-    x, y = scene.prior.center
-    dx, dy = scene.prior.spread
-    region = Region((-1 / reach**2, SMALLEST_LAMBDA), (x - dx, x + dx), (y - dy, y + dy))
-
-    def cost(lams: Floats, xs: Floats, ys: Floats) -> Floats:
-        return np.mean([measure(lams, xs, ys) for measure in measures], axis=0)
-
+    cost, region = cost_of(scene, spec), region_of(scene)
     return search(cost, region, spec.samples, spec.epsilon, spec.max_rounds)
-
-
-def _measure(
-    view: View, named: NamedMeasure, most: int, sobel: int, size: tuple[float, float]
-) -> Measure:
-    """The measure over a view's edge points, at most ``most`` of them, drawn evenly."""
-    edges = view.edges
-    gradients = sobel_gradients(view.grey, edges.points, sobel)
-    if len(edges) > most:
-        chosen = np.random.default_rng(0).permutation(len(edges))[:most]
-        edges, gradients = edges.take(chosen), gradients[chosen]
-    return named.prepare(edges.points, gradients, size)
 
 
 def _bare(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibration:
@@ -172,7 +164,7 @@ def _farthest(refined: Refined) -> float:
 
 def _calibration(
     scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined
-) -> Calibration:
+) -> tuple[Calibration, Workings]:
     fit = refined.fit
     full = np.zeros((len(fit.params), len(fit.params)))
     full[np.ix_(fit.free, fit.free)] = covariance(fit, refined.measured.labels)
@@ -184,9 +176,10 @@ def _calibration(
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
     evidence = _evidence(scene, refined, model, full, found.cost)
-    return _with_usable_radius(
+    calibration = _with_usable_radius(
         Calibration(model, uncertainty, scene.boundary, judge(evidence), _source(spec))
     )
+    return calibration, Workings(scene, found, refined, full, evidence)
 
 
 def _evidence(

@@ -21,7 +21,7 @@ from ..errors import EndocalError, UsageError
 COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("calibrate", "zoomtable"),
     "Correct": ("correct",),
-    "Look and convert": ("show", "boundary", "export", "import"),
+    "Look and convert": ("show", "report", "boundary", "export", "import"),
     "Check and measure": ("check", "synth", "devices", "bench"),
 }
 

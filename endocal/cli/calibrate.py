@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "endocal calibrate board.png -o cal.toml",
+    "endocal calibrate board.png -o cal.toml --report cal.html",
     "endocal calibrate board.png -o cal.toml --json | jq .model",
     "endocal calibrate board.png -o - | endocal correct in.mp4 -o out.mp4 -c -",
 )
@@ -57,6 +58,15 @@ def command(
     pixel_aspect: Annotated[
         float, typer.Option(metavar="A", help="A pixel's width over its height.")
     ] = 1.0,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            *("--report",),
+            metavar="FILE",
+            help="Write a page for people: the lines, what is left, how sure (.html).",
+            show_default=False,
+        ),
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write the file even where the verdict is failed.")
     ] = False,
@@ -76,6 +86,9 @@ def command(
     if json and str(output) == "-":
         raise UsageError("--json and -o - both write to stdout: name an output file")
     check_output(output, overwrite, images)
+    if page is not None:
+        _check_page(page, output, json)
+        check_output(page, overwrite, images)
     region = parse_numbers(roi, "--roi", 4)
     spec = CalibrationSpec(
         method=method,
@@ -93,6 +106,13 @@ def command(
     calibration = report.calibration
     for path in report.left_out:
         note(f"note: {path} left out: it does not fit the lens of the other pictures")
+    if page is not None:
+        from ..jobs.report import report_calibration
+
+        # For a calibration that failed too: it shows why.
+        name = output.name if str(output) != "-" else images[0].name
+        report_calibration(report, spec, name, str(page), overwrite)
+        note(f"{page}: report")
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
         names = ", ".join(str(image) for image in images)
@@ -103,6 +123,17 @@ def command(
     if json:
         print_json(as_data(calibration))
     _tell(calibration, output)
+
+
+def _check_page(page: Path, output: Path, json: bool) -> None:
+    """Refuse a page that would share its place with another output, or that cannot be made at all."""
+    from ..report.figures import require_figures
+
+    if str(page) == "-" and (json or str(output) == "-"):
+        raise UsageError("--report - shares stdout with another output: name a file")
+    if str(page) != "-" and page.resolve() == output.resolve():
+        raise UsageError(f"--report {page}: is the calibration's own file: give it another name")
+    require_figures()
 
 
 def _center(value: str) -> str | tuple[float, float]:

@@ -7,20 +7,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..calibration.calibrate import calibrate_jointly
+from ..calibration.calibrate import Workings, calibrate_jointly
 from ..calibration.recorded import options_of
 from ..calibration.result import Calibration, Source, SourceImage
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError, InputError
 from ..files import decode_image, read_picture_bytes
+from ..files.images import Picture
 from ..files.names import shown
 
 
 @dataclass(frozen=True)
 class CalibrationReport:
-    """The calibration, and the paths of pictures that were left out as not going with the others."""
+    """The calibration, and the paths of pictures that were left out as not going with the others.
+
+    ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on.
+    """
 
     calibration: Calibration
+    pictures: tuple[tuple[str, Picture], ...]
+    workings: Workings
     left_out: tuple[str, ...] = ()
 
 
@@ -61,4 +67,9 @@ def report_files(
     )
     source = replace(calibration.source or Source(), images=pictures, options=options_of(spec))
     left_out = tuple(str(paths[number]) for number in joint.left_out)
-    return CalibrationReport(replace(calibration, source=source), left_out)
+    return CalibrationReport(
+        replace(calibration, source=source),
+        tuple((Path(path).name, image) for path, image in zip(paths, images, strict=True)),
+        joint.workings,
+        left_out,
+    )

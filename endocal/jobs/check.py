@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from ..calibration.recorded import spec_of
-from ..calibration.result import Calibration, SourceImage, Uncertainty
+from ..calibration.result import Calibration, Uncertainty
 from ..errors import InputError, UsageError
-from ..files import dumps, load, loads, read_picture_bytes
+from ..files import dumps, load, loads
 from ..files.names import shown
 from .calibrate import calibrate_files
+from .recorded_pictures import find_picture
 
 TOLERANCE = 0.1
 # Standard deviations that stand in where none are stated: of lambdas as a share of themselves, and of the
@@ -105,7 +103,7 @@ def check(spec: CheckSpec) -> CheckReport:
     images = recorded.source.images if recorded.source else ()
     if not images:
         raise InputError(f"{name}: names no picture that it was made from; calibrate anew")
-    pictures = tuple(_find(image, spec, name) for image in images)
+    pictures = tuple(find_picture(image, spec.file, spec.images) for image in images)
     try:
         again = calibrate_files(pictures, spec_of(recorded))
     except UsageError as error:
@@ -120,44 +118,15 @@ def check(spec: CheckSpec) -> CheckReport:
     return CheckReport(
         file=spec.file,
         tolerance=spec.tolerance,
-        numbers=tuple(_compared(recorded, found, spec.tolerance)),
+        numbers=tuple(compared(recorded, found, spec.tolerance)),
         recorded_verdict=recorded.quality.verdict if recorded.quality else None,
         found_verdict=found.quality.verdict if found.quality else None,
         pictures=pictures,
     )
 
 
-def _find(image: SourceImage, spec: CheckSpec, name: str) -> str:
-    """Return the path of the picture of that name and SHA-256."""
-    if not image.sha256:
-        raise InputError(
-            f"{name}: holds no SHA-256 of {shown(image.file)}, so that nothing proves it"
-        )
-    candidates = _candidates(Path(image.file).name, spec)
-    for path in candidates:
-        if hashlib.sha256(read_picture_bytes(path)).hexdigest() == image.sha256.lower():
-            return str(path)
-    if candidates:
-        raise InputError(
-            f"{shown(candidates[0])}: is not the picture that {name} was made from: its SHA-256 differs"
-        )
-    where = f"below {shown(spec.images)}" if spec.images else f"beside {name}"
-    raise InputError(
-        f"{name}: its picture {shown(image.file)} is not {where}: name its folder with --images DIR"
-    )
-
-
-def _candidates(file: str, spec: CheckSpec) -> list[Path]:
-    """The files of that name beside the calibration, or anywhere below the folder of pictures."""
-    if spec.images is None:
-        beside = (Path() if spec.file == "-" else Path(spec.file).parent) / file
-        return [beside] if beside.is_file() else []
-    if not Path(spec.images).is_dir():
-        raise InputError(f"{shown(spec.images)}: no such folder of pictures")
-    return sorted(Path(folder) / file for folder, _, files in os.walk(spec.images) if file in files)
-
-
-def _compared(recorded: Calibration, found: Calibration, tolerance: float) -> Iterator[Number]:
+def compared(recorded: Calibration, found: Calibration, tolerance: float) -> Iterator[Number]:
+    """Yield the numbers of two calibrations; ``tolerance`` in the recorded standard deviations."""
     a, b = recorded.model, found.model
     sigma = recorded.uncertainty or Uncertainty(
         UNSTATED_SHARE * abs(a.lam),

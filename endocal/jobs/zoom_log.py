@@ -6,12 +6,13 @@ import contextlib
 import csv
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import Any, NamedTuple, Protocol, TextIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError, UsageError
 from ..files import atomic_output
@@ -20,6 +21,7 @@ from ..model import DivisionModel
 
 COLUMNS = ("frame", "time", "diameter", "source", "lambda", "center_x", "center_y", "uncertainty")
 _CSV, _LINES = (".csv",), (".jsonl", ".ndjson", ".json")
+LOG_SUFFIXES = (*_CSV, *_LINES)
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,17 @@ def zoom_log(path: str, overwrite: bool, inputs: Iterable[str]) -> Iterator[Zoom
         yield kind(file)
 
 
+class RecordedRow(NamedTuple):
+    """One row of a log: what it must hold, and what it may (NaN or "" where it does not)."""
+
+    frame: int | None
+    time: float | None
+    diameter: float
+    source: str
+    lam: float
+    uncertainty: float
+
+
 class RecordedZoom:
     """The diameter over time from a log, interpolated between its rows and held at its ends.
 
@@ -96,17 +109,12 @@ class RecordedZoom:
 
     def __init__(self, path: str) -> None:
         self._name = shown(path)
-        rows = list(self._rows(path))
-        if not rows:
-            raise InputError(f"{self._name}: holds no row with a diameter")
-        self.by_time = all(time is not None for _, time, _ in rows)
-        places = [time if self.by_time else frame for frame, time, _ in rows]
-        if any(place is None for place in places):
-            raise InputError(f"{self._name}: every row needs a time or a frame number")
-        order = np.argsort(np.array(places, float), kind="stable")
-        self._places = np.array(places, float)[order]
+        rows = list(recorded_rows(path))
+        self.by_time, places = places_of(rows, self._name)
+        order = np.argsort(places, kind="stable")
+        self._places = places[order]
         # A zoom is a ratio, so that it is interpolated in the logarithm.
-        self._logs = np.log([diameter for _, _, diameter in rows])[order]
+        self._logs = np.log([row.diameter for row in rows])[order]
 
     def diameter(self, frame: int, time: float | None) -> float:
         """Return the diameter, px, for a frame by its number and time in s."""
@@ -115,42 +123,69 @@ class RecordedZoom:
         place = time if self.by_time else frame
         return float(np.exp(np.interp(float(place or 0), self._places, self._logs)))
 
-    def _rows(self, path: str) -> Iterator[tuple[int | None, float | None, float]]:
-        is_csv = _is_csv(path)
-        try:
-            with Path(path).open(encoding="utf-8", newline="") as file:
-                rows: Iterable[Any] = csv.DictReader(file) if is_csv else map(_parse, file)
-                for number, row in enumerate(rows, 2 if is_csv else 1):
-                    if row is None:
-                        continue
-                    yield self._row(row, number)
-        except OSError as error:
-            raise InputError(f"{self._name}: {error.strerror}") from None
-        except UnicodeDecodeError:
-            raise InputError(f"{self._name}: is no text file") from None
 
-    def _row(self, row: Any, line: int) -> tuple[int | None, float | None, float]:
-        try:
-            diameter = float(row["diameter"])
-            frame, time = (row.get(key) for key in ("frame", "time"))
-            place = (
-                None if frame in (None, "") else int(frame),
-                None if time in (None, "") else float(time),
-            )
-        except (KeyError, TypeError, ValueError, AttributeError):
-            raise InputError(
-                f"{self._name}, line {line}: needs a diameter in px, and a frame or a time in s"
-            ) from None
-        if not (math.isfinite(diameter) and diameter > 0):
-            raise InputError(
-                f"{self._name}, line {line}: the diameter {diameter:g} is not a positive number"
-            )
-        return *place, diameter
+def places_of(rows: Sequence[RecordedRow], name: str) -> tuple[bool, NDArray[np.float64]]:
+    """Return whether rows count by time, and the time in s or the frame number of each.
+
+    Raises InputError, calling the log ``name``, where there is no row, or one has neither.
+    """
+    if not rows:
+        raise InputError(f"{name}: holds no row with a diameter")
+    by_time = all(row.time is not None for row in rows)
+    places = [row.time if by_time else row.frame for row in rows]
+    if any(place is None for place in places):
+        raise InputError(f"{name}: every row needs a time or a frame number")
+    return by_time, np.array(places, np.float64)
+
+
+def recorded_rows(path: str) -> Iterator[RecordedRow]:
+    """Yield the rows of a log as they come; InputError for a file or a row that is none."""
+    is_csv, name = _is_csv(path), shown(path)
+    try:
+        with Path(path).open(encoding="utf-8", newline="") as file:
+            rows: Iterable[Any] = csv.DictReader(file) if is_csv else map(_parse, file)
+            for number, row in enumerate(rows, 2 if is_csv else 1):
+                if row is not None:
+                    yield _row(row, f"{name}, line {number}")
+    except OSError as error:
+        raise InputError(f"{name}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{name}: is no text file") from None
+
+
+def _row(row: Any, where: str) -> RecordedRow:
+    try:
+        diameter = float(row["diameter"])
+        frame, time = (row.get(key) for key in ("frame", "time"))
+        place = (
+            None if frame in (None, "") else int(frame),
+            None if time in (None, "") else float(time),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise InputError(f"{where}: needs a diameter in px, and a frame or a time in s") from None
+    if not (math.isfinite(diameter) and diameter > 0):
+        raise InputError(f"{where}: the diameter {diameter:g} is not a positive number")
+    source = row.get("source")
+    return RecordedRow(
+        *place,
+        diameter,
+        source if isinstance(source, str) else "",
+        _number(row.get("lambda")),
+        _number(row.get("uncertainty")),
+    )
+
+
+def _number(value: Any) -> float:
+    """Return what need not be there as a number; NaN where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def _is_csv(path: str) -> bool:
     suffix = Path(path).suffix.lower()
-    if suffix not in (*_CSV, *_LINES):
+    if suffix not in LOG_SUFFIXES:
         raise UsageError(f"{shown(path)}: a zoom log is .csv or .jsonl")
     return suffix in _CSV
 

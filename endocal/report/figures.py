@@ -28,6 +28,8 @@ _NAMES = {
     YELLOW: "yellow",
     VIOLET: "violet",
 }
+# The blue of maps, which are pixels and cannot follow the page.
+_HEAT = (0.16, 0.46, 0.86)
 # Inches at 72 points: a figure fills a column of the page, so that its 9 point text reads as 12 px or more.
 WIDTH, HEIGHT = 5.6, 3.3
 
@@ -89,6 +91,14 @@ def plot(
         text = io.StringIO()
         drawing.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     return _inline(text.getvalue(), alt)
+
+
+def heat() -> Any:
+    """Return the colour map of maps: one blue from nothing to full, which shows on light and on dark."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    r, g, b = _HEAT
+    return LinearSegmentedColormap.from_list("heat", [(r, g, b, 0.0), (r, g, b, 1.0)])
 
 
 def _inline(svg: str, alt: str) -> Html:

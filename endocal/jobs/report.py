@@ -1,0 +1,128 @@
+"""Pages that show a calibration, a zoom table or a zoom log: the job behind ``endocal report``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..calibration.recorded import spec_of
+from ..calibration.result import Calibration
+from ..calibration.spec import CalibrationSpec
+from ..errors import EndocalError, UsageError
+from ..files import atomic_output, check_output, dumps, load, loads
+from ..files.names import shown
+from ..report.calibration import Study, calibration_page
+from ..report.figures import require_figures
+from ..report.page import Html
+from ..report.run import run_page
+from ..report.zoom_table import zoom_table_page
+from ..zoom.table import ZoomTable
+from .calibrate import CalibrationReport, report_files
+from .check import TOLERANCE, compared
+from .recorded_pictures import find_picture
+from .zoom_history import zoom_history
+from .zoom_log import LOG_SUFFIXES
+
+PIPE = "-"
+
+
+@dataclass(frozen=True)
+class ReportSpec:
+    """What to show: ``file`` is a calibration, a zoom table (``-`` is stdin) or a zoom log.
+
+    ``output`` is the page's path, by default the file's with the suffix .html. A calibration's pictures are
+    looked for beside it, or anywhere below ``images``.
+    """
+
+    file: str
+    output: str | None = None
+    images: str | None = None
+    overwrite: bool = False
+
+    @property
+    def page(self) -> str:
+        """Where the page goes."""
+        if self.output is not None:
+            return self.output
+        if self.file == PIPE:
+            raise UsageError("with - as the file, name the page with --output")
+        return str(Path(self.file).with_suffix(".html"))
+
+
+@dataclass(frozen=True)
+class ReportDone:
+    """Where the page is, and what is to be said about it."""
+
+    output: str
+    notes: tuple[str, ...] = ()
+
+
+def report(spec: ReportSpec) -> ReportDone:
+    """Write the page of a file.
+
+    Raises InputError for a file that is no calibration, zoom table or zoom log, OutputError for a page that
+    exists or cannot be written, EndocalError where matplotlib is missing.
+    """
+    require_figures()
+    check_output(spec.page, spec.overwrite, [] if spec.file == PIPE else [spec.file])
+    name = "stdin" if spec.file == PIPE else Path(spec.file).name
+    notes: list[str] = []
+    if Path(spec.file).suffix.lower() in LOG_SUFFIXES:
+        page = run_page(f"Zoom log: {name}", zoom_history(spec.file))
+    elif isinstance(obj := load(spec.file), ZoomTable):
+        page = zoom_table_page(name, obj)
+    else:
+        study, notes = _study(obj, spec)
+        page = calibration_page(name, obj, study, notes)
+    write_page(page, spec.page, spec.overwrite, [spec.file])
+    return ReportDone(spec.page, tuple(notes))
+
+
+def report_calibration(
+    report: CalibrationReport, spec: CalibrationSpec, name: str, output: str, overwrite: bool
+) -> None:
+    """Write the page of a calibration that was just made with ``spec``; ``name`` is what it is called."""
+    calibration = report.calibration
+    notes = [f"{shown(path)} was left out: it does not fit the others" for path in report.left_out]
+    study = Study(report.pictures, report.workings, spec)
+    write_page(calibration_page(name, calibration, study, notes), output, overwrite)
+
+
+def write_page(page: Html, output: str, overwrite: bool, inputs: Iterable[str] = ()) -> None:
+    """Write a page; ``-`` is standard output. Raises OutputError, see ``atomic_output``."""
+    data = page.encode("utf-8", "replace")
+    if os.fspath(output) == PIPE:
+        sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
+        return
+    with atomic_output(output, overwrite, [i for i in inputs if i != PIPE]) as temporary:
+        temporary.write_bytes(data)
+
+
+def _study(recorded: Calibration, spec: ReportSpec) -> tuple[Study | None, list[str]]:
+    """Calibrate again from the recorded pictures; say why where that is not possible, and what moved."""
+    images = recorded.source.images if recorded.source else ()
+    if not images:
+        return None, ["The file names no picture, so that only its numbers can be shown."]
+    try:
+        paths = [find_picture(image, spec.file, spec.images) for image in images]
+        options = spec_of(recorded)
+        made = report_files(paths, options)
+        found = loads(dumps(made.calibration))
+    except EndocalError as error:
+        return None, [f"Only the numbers can be shown. {error}"]
+    assert isinstance(found, Calibration)
+    return Study(made.pictures, made.workings, options), _moved(recorded, found)
+
+
+def _moved(recorded: Calibration, found: Calibration) -> list[str]:
+    moved = [str(n) for n in compared(recorded, found, TOLERANCE) if not n.passed]
+    if not moved:
+        return []
+    return [
+        "Made again from its pictures, the calibration came out otherwise:"
+        f" {'; '.join(moved)}. The numbers are those of the file, the figures those of now."
+    ]
