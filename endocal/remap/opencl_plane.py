@@ -25,6 +25,9 @@ _NEWTON_STEPS = 6
 # Work-groups of the GPU kernel, samples: a row's neighbours together, so that their loads share lines.
 _GROUP = (32, 8)
 
+# The kernels' arguments: source, its pitch, output, its pitch, the mapping; baked ones have three for curves.
+_MAPPING, _CURVES_FROM = 4, 5
+
 _COMMON = ("lanes.cl", "division.cl", "interpolate.cl", "mapping.cl", "anywhere.cl")
 _DIRECT = (*_COMMON, "remap_direct.cl")
 _CURVES = (*_COMMON, "strips.cl", "curves.cl", "bake_curves.cl", "blend.cl", "remap_curves.cl")
@@ -49,6 +52,7 @@ class OpenCLPlane:
         self._mapping: cl.Buffer | None = None
         self._curves: cl.Buffer | None = None
         self._length_log2 = 0
+        self._pitches = (0, 0)
         program = session.program(_DIRECT if self._direct else _CURVES, self._options())
         self._remap = cl.Kernel(program, "remap_direct" if self._direct else "remap_curves")
         self._bake = None if self._direct else cl.Kernel(program, "bake_curves")
@@ -62,6 +66,7 @@ class OpenCLPlane:
         packed = pack_mapping(self._grid, model)
         self._mapping = cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=packed)
         self._model = model
+        self._remap.set_arg(_MAPPING, self._mapping)
         if self._bake is None:
             return
         rows = self._grid.output.size[1]
@@ -70,7 +75,10 @@ class OpenCLPlane:
             count = rows * self._strips * (STRIP // self._session.lanes)
             self._curves = cl.Buffer(context, flags.READ_WRITE, count * _CURVE_BYTES)
         self._length_log2 = curve_length_log2(self._grid, model, self._session.lanes)
-        self._bake(queue, (rows,), (1,), self._mapping, *self._map())
+        curves = self._curve_arguments()
+        self._bake(queue, (rows,), (1,), self._mapping, *curves)
+        for index, value in enumerate(curves, _CURVES_FROM):
+            self._remap.set_arg(index, value)
 
     def enqueue(
         self,
@@ -81,21 +89,29 @@ class OpenCLPlane:
         output_pitch: int,
     ) -> None:
         """Enqueue the resampling of one plane; pitches are in words from row to row."""
-        planes = (source, np.int32(source_pitch), output, np.int32(output_pitch), self._mapping)
+        # Arguments keep their values from launch to launch, and setting one costs: those of the model were
+        # set when it came.
+        kernel = self._remap
+        kernel.set_arg(0, source)
+        kernel.set_arg(2, output)
+        if (source_pitch, output_pitch) != self._pitches:
+            kernel.set_arg(1, np.int32(source_pitch))
+            kernel.set_arg(3, np.int32(output_pitch))
+            self._pitches = source_pitch, output_pitch
         columns, rows = self._grid.output.size
         if self._direct:
             across, down = _GROUP if self._session.device.max_work_group_size >= 256 else (8, 4)
             whole_groups = (-(-columns // across) * across, -(-rows // down) * down)
-            self._remap(queue, whole_groups, (across, down), *planes)
+            cl.enqueue_nd_range_kernel(queue, kernel, whole_groups, (across, down))
         else:
-            self._remap(queue, (rows,), (1,), *planes, *self._map())
+            cl.enqueue_nd_range_kernel(queue, kernel, (rows,), (1,))
 
     @property
     def _strips(self) -> int:
         """Strips in a row."""
         return -(-self._grid.output.size[0] // STRIP)
 
-    def _map(self) -> tuple[cl.Buffer | None, np.int32, np.int32]:
+    def _curve_arguments(self) -> tuple[cl.Buffer | None, np.int32, np.int32]:
         """The kernels' arguments that tell of the curves."""
         in_row = self._strips * (STRIP >> self._length_log2)
         return self._curves, np.int32(in_row), np.int32(self._length_log2)
