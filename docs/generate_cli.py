@@ -94,7 +94,7 @@ def label(parameter: Any) -> str:
 
 def metavar(parameter: Any) -> str:
     """Return the word for an option's value."""
-    return f"*{parameter.metavar}*" if parameter.metavar else "*VALUE*"
+    return f"*{parameter.metavar or 'N'}*"
 
 
 def default(parameter: Any) -> str:

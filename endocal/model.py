@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,8 @@ Points = NDArray[np.float64]
 # Two frame shapes count as the same when their aspect ratios differ by less than this: 1 px of rounding
 # on the short side of a small frame.
 _ASPECT_TOLERANCE = 0.01
+# A model's parts, and how many numbers each is.
+_PARTS = {"lam": 1, "center": 2, "size": 2, "pixel_aspect": 1, "lam2": 1}
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,11 @@ class DivisionModel:
     lam2: float = 0.0
 
     def __post_init__(self) -> None:
-        numbers = (self.lam, *self.center, *self.size, self.pixel_aspect, self.lam2)
-        if not all(math.isfinite(v) for v in numbers):
-            raise InputError("the model holds a value that is not a finite number")
+        for name, count in _PARTS.items():
+            value = getattr(self, name)
+            if not _are_finite(value if count > 1 else (value,), count):
+                numbers = "two finite numbers" if count > 1 else "a finite number"
+                raise InputError(f"the model's {name} is {value!r}, not {numbers}")
         w, h = self.size
         if w < 1 or h < 1 or w != int(w) or h != int(h):
             raise InputError(f"the model's size {w}x{h} is not a frame size in whole pixels")
@@ -146,6 +151,13 @@ class DivisionModel:
         """Offsets from the centre, px, and their squared lengths in square pixels."""
         d = np.asarray(points, np.float64) - self.center
         return d, (d[..., 0] * self.pixel_aspect) ** 2 + d[..., 1] ** 2
+
+
+def _are_finite(values: Any, count: int) -> bool:
+    try:
+        return len(values) == count and all(math.isfinite(v) for v in values)
+    except (TypeError, OverflowError):
+        return False
 
 
 def _first_root(a: float, b: float) -> float:

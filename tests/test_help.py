@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -11,6 +12,7 @@ import pytest
 import typer
 
 from endocal.cli.app import build
+from endocal.cli.help import tidy
 
 HEAVY = ("av", "cv2", "matplotlib", "numpy", "pyopencl", "scipy")
 
@@ -65,6 +67,29 @@ def test_every_command_has_an_example() -> None:
     for words, command in commands():
         if len(words) == 1:
             assert f"endocal {words[0]}" in (command.epilog or ""), f"endocal {words[0]}"
+
+
+def test_help_fits_any_width_and_names_no_types(
+    endocal: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for words, _ in commands():
+        for width in ("80", "120"):
+            monkeypatch.setenv("COLUMNS", width)
+            shown = endocal(*words, "--help").out
+            assert not re.search(r"<(bool|str|int|float|path|list)", shown), words
+            assert max(len(line) for line in shown.splitlines()) <= int(width)
+
+
+def test_a_paragraph_of_help_is_broken_by_the_terminal_alone() -> None:
+    root = typer.main.get_command(build())
+    tidy(root)
+
+    def check(command: Any) -> None:
+        assert all("\n" not in paragraph for paragraph in command.help.split("\n\n"))
+        for child in getattr(command, "commands", {}).values():
+            check(child)
+
+    check(root)
 
 
 def test_help_shows_square_brackets(endocal: Callable[..., Any]) -> None:

@@ -224,9 +224,12 @@ def test_shapes_are_kept() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"lam": math.nan}, "not a finite"),
-        ({"lam2": math.inf}, "not a finite"),
-        ({"center": (math.nan, 1.0)}, "not a finite"),
+        ({"lam": math.nan}, "lam is nan, not a finite"),
+        ({"lam2": math.inf}, "lam2 is inf, not a finite"),
+        ({"center": (math.nan, 1.0)}, "center is .*, not two finite"),
+        ({"center": "x"}, "center is 'x', not two finite"),
+        ({"center": 5.0}, "center is 5.0, not two finite"),
+        ({"size": (720, 540, 3)}, "size is .*, not two finite"),
         ({"center": (-721.0, 1.0)}, "far outside"),
         ({"center": (1.0, 1081.0)}, "far outside"),
         ({"size": (0, 540)}, "whole pixels"),

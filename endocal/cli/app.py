@@ -15,6 +15,7 @@ from typing import Any
 import typer
 
 from ..errors import EndocalError, UsageError
+from .help import tidy
 
 # The panels of --help and the commands in each, in order. Each is a module of this package with a function
 # ``command`` or a typer app ``group``, and, if it likes, command lines in ``EXAMPLES`` for its help.
@@ -111,6 +112,7 @@ def _invoke(args: Sequence[str]) -> int:
     # Only the command that is asked for is imported; help and completion need all.
     wanted = args[:1] if args and args[0] in known else None
     command = typer.main.get_command(build(wanted))
+    tidy(command)
     try:
         code = command.main(args=list(args), prog_name="endocal", standalone_mode=False)
     except typer.Abort:

@@ -34,8 +34,8 @@ def command(
     method: Annotated[
         str,
         typer.Option(
-            metavar="hewg|heplp|hewog|ht1d|cht",
-            help="What the search minimises: the article's measures.",
+            metavar="NAME",
+            help="The article's measure that the search minimises: hewg, heplp, hewog, ht1d or cht.",
         ),
     ] = "hewg",
     model: Annotated[
@@ -116,9 +116,9 @@ def command(
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
         names = ", ".join(str(image) for image in images)
-        raise CalibrationError(
-            f"{names}: {'; '.join(quality.reasons)}; --force writes it all the same"
-        )
+        first, *more = quality.reasons
+        rest = f"; {len(more)} more in the file that --force writes" if more else ""
+        raise CalibrationError(f"{names}: {first}{rest or '; --force writes it all the same'}")
     save(calibration, output, overwrite=overwrite)
     if json:
         print_json(as_data(calibration))

@@ -35,10 +35,14 @@ def command(
         file_option("--format", metavar="NAME", help="Container of a pipe: y4m, matroska, mpegts."),
     ] = None,
     zoom_log: Annotated[
-        str | None, file_option("--zoom-log", help="Write each frame's zoom here (.csv or .jsonl).")
+        str | None,
+        file_option(
+            "--zoom-log", metavar="FILE", help="Write each frame's zoom here (.csv or .jsonl)."
+        ),
     ] = None,
     zoom_from: Annotated[
-        str | None, file_option("--zoom-from", help="Take each frame's zoom from such a file.")
+        str | None,
+        file_option("--zoom-from", metavar="FILE", help="Take each frame's zoom from such a file."),
     ] = None,
     live: Annotated[
         bool,

@@ -14,8 +14,8 @@ from ..errors import UsageError
 from .options import Device, parse_size
 
 
-def _picture(*names: str, help: str) -> Any:
-    return typer.Option(*names, help=help, rich_help_panel="Picture")
+def _picture(*names: str, help: str, metavar: str | None = None) -> Any:
+    return typer.Option(*names, metavar=metavar, help=help, rich_help_panel="Picture")
 
 
 def _encoding(*names: str, metavar: str, help: str) -> Any:
@@ -27,19 +27,29 @@ def file_option(*names: str, help: str, metavar: str | None = None) -> Any:
     return typer.Option(*names, help=help, metavar=metavar, rich_help_panel="Files and streams")
 
 
-Interpolation = Annotated[str, _picture(help="nearest, bilinear, bicubic or lanczos.")]
-View = Annotated[
-    str, _picture(help="same: centre at its own scale; crop: no blank pixel; full: all content.")
+Interpolation = Annotated[
+    str, _picture(metavar="NAME", help="nearest, bilinear, bicubic or lanczos.")
 ]
-Size = Annotated[str | None, _picture(help="Output size, WIDTHxHEIGHT in px.")]
-Scale = Annotated[float | None, _picture(help="Magnification of the output.")]
+View = Annotated[
+    str,
+    _picture(
+        metavar="NAME",
+        help="same: centre at its own scale; crop: no blank pixel; full: all content.",
+    ),
+]
+Size = Annotated[str | None, _picture(metavar="WxH", help="Output size, px.")]
+Scale = Annotated[float | None, _picture(metavar="S", help="Magnification of the output.")]
 KeepSar = Annotated[bool, _picture("--keep-sar", help="Keep pixels that are not square.")]
 SideBySide = Annotated[bool, _picture("--side-by-side", help="Original left, corrected right.")]
 Stereo = Annotated[
     str | None,
-    _picture(help="Two eyes in a frame: sbs (side by side) or tb (one below the other)."),
+    _picture(
+        metavar="NAME", help="Two eyes in a frame: sbs (side by side) or tb (one below the other)."
+    ),
 ]
-Deinterlace = Annotated[str, _picture(help="auto, off, frame (same rate), field (double rate).")]
+Deinterlace = Annotated[
+    str, _picture(metavar="MODE", help="auto, off, frame (same rate), field (double rate).")
+]
 Codec = Annotated[str | None, _encoding(metavar="NAME", help="Encoder; else the source's kind.")]
 Crf = Annotated[
     float | None, _encoding(metavar="N", help="Constant quality; else visually lossless.")
@@ -52,17 +62,24 @@ CodecOption = Annotated[
     list[str] | None,
     _encoding("--codec-option", metavar="KEY=VALUE", help="For the encoder; may be repeated."),
 ]
-Lookup = Annotated[str, _picture(help="How a zoom table is read: auto, diameter, area.")]
+Lookup = Annotated[
+    str, _picture(metavar="NAME", help="How a zoom table is read: auto, diameter, area.")
+]
 AssumeDiameter = Annotated[
     float | None,
-    _picture("--assume-diameter", help="Diameter of the visible circle, px, until one is seen."),
+    _picture(
+        "--assume-diameter",
+        metavar="D",
+        help="Diameter of the visible circle, px, until one is seen.",
+    ),
 ]
 StripMetadata = Annotated[
     bool,
     file_option("--strip-metadata", help="Drop metadata, chapters, attachments, data streams."),
 ]
 AllowProtocol = Annotated[
-    list[str] | None, file_option("--allow-protocol", help="Let a playlist open this protocol.")
+    list[str] | None,
+    file_option("--allow-protocol", metavar="NAME", help="Let a playlist open this protocol."),
 ]
 Strict = Annotated[bool, file_option("--strict", help="Fail where the input is damaged.")]
 Configs = Annotated[

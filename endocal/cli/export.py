@@ -26,7 +26,7 @@ To = Annotated[
     ),
 ]
 Diameter = Annotated[
-    float | None, typer.Option(help="Zoom table: the visible circle's diameter, px.")
+    float | None, typer.Option(metavar="D", help="Zoom table: the visible circle's diameter, px.")
 ]
 SettingNumber = Annotated[
     int | None,
@@ -40,14 +40,19 @@ Rational = Annotated[
     bool, typer.Option("--rational", help="Eight coefficients instead of five: far nearer.")
 ]
 Focal = Annotated[
-    float | None, typer.Option(help="Focal length, px, where known; correcting does not need it.")
+    float | None,
+    typer.Option(metavar="F", help="Focal length, px, where known; correcting does not need it."),
 ]
 Name = Annotated[
     str | None, typer.Option(metavar="NAME", help="The camera's name, for ros, gyroflow.")
 ]
-View = Annotated[str, typer.Option(help="Maps: same, crop or full, as for correct.")]
+View = Annotated[
+    str, typer.Option(metavar="NAME", help="Maps: same, crop or full, as for correct.")
+]
 Size = Annotated[str | None, typer.Option(metavar="WxH", help="Maps: size of the output, px.")]
-Scale = Annotated[float | None, typer.Option(help="Maps: magnification of the output.")]
+Scale = Annotated[
+    float | None, typer.Option(metavar="S", help="Maps: magnification of the output.")
+]
 Depth = Annotated[
     int | None, typer.Option(metavar="BITS", help="stmap: 32 (floats, the default) or 16.")
 ]

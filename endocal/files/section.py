@@ -38,7 +38,10 @@ class Section:
         if key in self._data:
             return self._data[key]
         if default is Section._REQUIRED:
-            raise InputError(f"{self.name(key)} is missing")
+            unread = [k for k in self._data if k not in self._read]
+            like = difflib.get_close_matches(key, unread, 1)
+            hint = f"; is {_show_key(like[0])} meant for it?" if like else ""
+            raise InputError(f"{self.name(key)} is missing{hint}")
         return default
 
     def number(self, key: str, default: Any = _REQUIRED, at_least: float = -math.inf) -> Any:
@@ -77,7 +80,7 @@ class Section:
         value = self.get(key)
         if not isinstance(value, list) or len(value) != 2:
             raise InputError(f"{self.name(key)} is {_show(value)}; it must be two numbers [x, y]")
-        x, y = (self._number(key, v, at_least) for v in value)
+        x, y = (self._number(f"{key}[{i}]", v, at_least) for i, v in enumerate(value))
         return x, y
 
     def size(self, key: str) -> tuple[int, int]:

@@ -12,20 +12,20 @@ from .section import Section
 SCHEMA = "endocal.zoomtable"
 VERSION = 1
 
+# The law is written with so many digits after the point; a person may have rounded it, relative.
+_LAW_DIGITS, _SAME_LAW = 6, 0.01
+
 
 def read(document: Section) -> ZoomTable:
     """Return the zoom table that a document holds; InputError where it is not a sound one."""
     size = document.size("size")
     pixel_aspect = document.number("pixel_aspect", 1.0)
-    if document.has("law"):
-        # Follows from the settings; in the file for the reader's eye alone.
-        law = document.section("law")
-        law.number("lambda_diameter2", None)
-        law.number("spread", None)
-        law.close()
+    stated = _read_law(document.section("law")) if document.has("law") else None
     settings = tuple(_read_setting(s) for s in document.sections("setting", "[[setting]] number"))
     document.close()
-    return ZoomTable(settings, size, pixel_aspect)
+    table = ZoomTable(settings, size, pixel_aspect)
+    _check_law(stated, table)
+    return table
 
 
 def write(table: ZoomTable) -> list[str]:
@@ -39,7 +39,9 @@ def write(table: ZoomTable) -> list[str]:
         w.line("pixel_aspect", w.number(table.pixel_aspect), "a pixel's width over its height"),
         "",
         "[law]                        # eq. 15: lambda * diameter^2 is one constant; for the reader",
-        w.line("lambda_diameter2", w.number(round(w.rounded(law.lambda_diameter2), 6) + 0.0)),
+        w.line(
+            "lambda_diameter2", w.number(round(w.rounded(law.lambda_diameter2), _LAW_DIGITS) + 0.0)
+        ),
         w.line(
             "spread", w.number(round(w.rounded(law.spread), 6) + 0.0), "relative, over the settings"
         ),
@@ -47,6 +49,26 @@ def write(table: ZoomTable) -> list[str]:
     for setting in settings:
         lines += _write_setting(setting)
     return lines
+
+
+def _read_law(law: Section) -> float | None:
+    """Return the constant of the law, which is in the file for the reader's eye: the settings hold it."""
+    stated: float | None = law.number("lambda_diameter2", None)
+    law.number("spread", None)
+    law.close()
+    return stated
+
+
+def _check_law(stated: float | None, table: ZoomTable) -> None:
+    """Refuse a law that contradicts the settings: one of the two was edited without the other."""
+    if stated is None:
+        return
+    held = table.law.lambda_diameter2
+    if abs(stated - held) > _SAME_LAW * max(abs(stated), abs(held)) + 10.0**-_LAW_DIGITS:
+        raise InputError(
+            f"[law] lambda_diameter2 is {stated:g}, but the settings give {held:g}: correct one of them, or"
+            " leave [law] out"
+        )
 
 
 def _read_setting(section: Section) -> Setting:

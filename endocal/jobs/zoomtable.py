@@ -85,7 +85,7 @@ def _calibration(item: str, spec: CalibrationSpec) -> Calibration:
         calibration = calibrate_files([item], spec)
         quality = calibration.quality
         if quality is not None and quality.verdict == "failed":
-            raise CalibrationError(f"{shown(item)}: {'; '.join(quality.reasons)}")
+            raise CalibrationError(f"{shown(item)}: {quality.reasons[0]}")
         return calibration
     obj = load(item)
     if not isinstance(obj, Calibration):
