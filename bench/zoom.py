@@ -1,8 +1,9 @@
 """Print how well the zoom is found, tabulated and followed: ``make bench-zoom``.
 
 On a fixed seed and a fresh one: the visible circle on frames with known truth, trouble by trouble, and on
-frames without one; how fast that is; the zoom table's look-ups on settings held out; and the zoom of
-rendered clips, frame by frame. The worst cases are named by their seeds. ``--json FILE`` writes all of it.
+frames without one; the zoom table's look-ups on settings held out; and the zoom of rendered clips, frame by
+frame. Then how fast the circle is found, and what a changing zoom costs the resampling. The worst cases are
+named by their seeds. ``--json FILE`` writes all of it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from endocal.benchmarks import boundary, rims, zoom
+from endocal.benchmarks import boundary, remap, rims, zoom
 from endocal.benchmarks.rim_frames import TROUBLES
 
 FIXED = 0
@@ -35,6 +36,7 @@ def main() -> None:
             "clips": print_clips(seed, args.seconds),
         }
     report["speed"] = print_speed()
+    report["remap"] = print_remap()
     if args.json:
         Path(args.json).write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
         tell(f"{args.json} written")
@@ -107,11 +109,28 @@ def print_clips(seed: int, seconds: float) -> list[object]:
 
 def print_speed() -> object:
     report = boundary.run()
-    tell(
-        "\nthe circle, frames per second of one core: anew in each frame, after the last, contour alone"
-    )
+    tell("\nthe circle, frames per second of one core, median and best of the rounds:")
+    tell("  in a video          each frame anew     prototype           contour alone")
+    for r in report.rows:
+        ways = (
+            (r.warm, r.warm_best),
+            (r.cold, r.cold_best),
+            (r.prototype, r.prototype_best),
+            (r.contour, r.contour_best),
+        )
+        figures = "".join(f"{f'{middle:.0f}, {best:.0f}':<20}" for middle, best in ways)
+        tell(f"  {figures}{r.size[0]}x{r.size[1]}")
+    return report.data()
+
+
+def print_remap() -> object:
+    report = remap.run_zoom()
+    tell(f"\nresampling {report.size[0]}x{report.size[1]} frames on {report.device}")
     for row in report.rows:
-        tell(f"  {row.size[0]}x{row.size[1]}: {row.cold:.0f}, {row.warm:.0f}, {row.contour:.0f}")
+        tell(
+            f"  {row.work}: {row.ratio:.0%} of the frame rate of a fixed zoom"
+            f" ({row.processor_ratio:.0%} by the processors' time)"
+        )
     return report.data()
 
 

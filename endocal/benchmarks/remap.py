@@ -97,6 +97,18 @@ def run(size: tuple[int, int] = SIZE, device: str = "auto", repeats: int = REPEA
         bench.zoom("gray"),
         bench.zoom("yuv420p"),
     ]
+    return bench.report(pairs, repeats)
+
+
+def run_zoom(
+    size: tuple[int, int] = SIZE, device: str = "auto", repeats: int = REPEATS
+) -> RemapReport:
+    """Time a zoom that changes with every frame beside one that stays, as ``run`` does."""
+    bench = _Bench(size, device)
+    return bench.report([bench.zoom("gray"), bench.zoom("yuv420p")], repeats)
+
+
+def _clock(pairs: Sequence[_Pair], repeats: int) -> tuple[Row, ...]:
     clocks: list[tuple[list[_Sample], list[_Sample]]] = [([], []) for _ in pairs]
     for pair, (ours, peers) in zip(pairs, clocks, strict=True):
         for turn in range(1 + -(-repeats // _BLOCK)):
@@ -105,11 +117,10 @@ def run(size: tuple[int, int] = SIZE, device: str = "auto", repeats: int = REPEA
             for call, samples in ((pair.ours, ours), (pair.peers, peers)):
                 block = [_time(call) for _ in range(_BLOCK)]
                 samples += block if turn else []
-    rows = [
+    return tuple(
         Row(p.work, _summary(ours), p.peer, _summary(peers))
         for p, (ours, peers) in zip(pairs, clocks, strict=True)
-    ]
-    return RemapReport(size, bench.device_name, repeats, tuple(rows))
+    )
 
 
 @dataclass(frozen=True)
@@ -130,6 +141,10 @@ class _Bench:
         self._model = DivisionModel(lam, (0.49 * w, 0.51 * h), size)
         self._geometry = output_geometry([self._model])
         self.device_name = self._remapper("gray", "nearest").device_name
+
+    def report(self, pairs: Sequence[_Pair], repeats: int) -> RemapReport:
+        """Time the pairs."""
+        return RemapReport(self._size, self.device_name, repeats, _clock(pairs, repeats))
 
     def plane(self, pix_fmt: str, interpolation: str, peer: str) -> _Pair:
         """One plane through one model, beside cv2.remap with the same map."""

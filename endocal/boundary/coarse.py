@@ -14,19 +14,22 @@ from .disc import Box, whole_frame
 from .fit import Circle, consensus_circle
 from .frame import Frame
 
-# Lines of samples to aim at; a frame is thinned by nearest neighbour to about this height.
+Array = NDArray[np.float32]
+
+# Lines of samples at most; a frame is thinned by nearest neighbour.
 _LINES = 120
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
-Array = NDArray[np.float32]
-
 # Every so many rows and columns of samples are scanned for the rim.
 _ROWS, _COLUMNS = 3, 4
 # By so many samples the scan finds the rim too far out, as a rule.
 _WIDENING = 0.75
-# Side of a corner's patch, in samples.
+# Side of a corner's patch, in samples; which of them, in order, is the middle one, and which is one standard
+# deviation above it.
 _CORNER = 5
+_SIGMA_ABOVE = 0.84
+_MIDDLE, _UPPER = _CORNER**2 // 2, int(_CORNER**2 * _SIGMA_ABOVE)
 
 
 class Dark(NamedTuple):
@@ -65,7 +68,7 @@ def thin(frame: Frame) -> Samples | None:
     A circle that leaves anything outside it in the frame leaves a corner outside, since the corners'
     convex hull is the frame.
     """
-    step = max(1, round(min(frame.size) / _LINES))
+    step = -(-min(frame.size) // _LINES)
     raw = frame.luma[::step, ::step]
     if min(raw.shape) < 4 * _CORNER:
         return None
@@ -73,22 +76,29 @@ def thin(frame: Frame) -> Samples | None:
         raw = raw // np.uint16(frame.unit)
     thinned = np.ascontiguousarray(raw, dtype=np.uint8)
     values = np.asarray(cv2.blur(thinned, (3, 3)), np.uint8)
-    return Samples(values, step, _dark(thinned, values))
+    return Samples(values, step, _dark(frame, thinned, step))
 
 
-def _dark(thinned: NDArray[np.uint8], values: NDArray[np.uint8]) -> Dark:
-    """Take the outside from the darkest and evenest corner: a logo may lie over one of them."""
-    places = _corner_places()
-    raw, smoothed = thinned[places], values[places]
+def _dark(frame: Frame, thinned: NDArray[np.uint8], step: int) -> Dark:
+    """Take the outside from the darkest and evenest corner: a logo may lie over one of them.
+
+    More of that corner's pixels than the samples tell its level and noise, whose errors would count as a
+    brighter outside.
+    """
+    raw = thinned[_corner_places()]
     raw.sort(axis=1)
-    smoothed.sort(axis=1)
-    count = raw.shape[1]
-    middle, upper = raw[:, count // 2].tolist(), raw[:, int(count * 0.84)].tolist()
-    best = min(range(4), key=lambda corner: middle[corner] + upper[corner])
+    corner = int((raw[:, _MIDDLE].astype(np.intp) + raw[:, _UPPER]).argmin())
+    bottom, right = divmod(corner, 2)
+    side, apart = _CORNER * step, max(step // 2, 1)
+    rows = slice(-side, None, apart) if bottom else slice(0, side, apart)
+    columns = slice(-side, None, apart) if right else slice(0, side, apart)
+    patch = np.sort(frame.luma[rows, columns], axis=None) // frame.unit
+    middle = float(patch[len(patch) // 2])
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise. The level
-    # is that of smoothed samples, which clipped noise lifts.
-    noise = max(float(upper[best] - middle[best]), 0.5)
-    return Dark(float(smoothed[best, count // 2]), noise, 0.0).raised(0.0)
+    # is the mean, as that of smoothed samples, which clipped noise lifts; without marks in the corner.
+    noise = max(float(patch[int(len(patch) * _SIGMA_ABOVE)]) - middle, 0.5)
+    count = int(patch.searchsorted(middle + 4 * noise))
+    return Dark(float(patch[:count].mean()), noise, 0.0).raised(0.0)
 
 
 @lru_cache(maxsize=1)
@@ -109,59 +119,73 @@ def first_circle(
     ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
     where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
     """
-    values, step = samples.values, samples.step
-    h, w = values.shape
-    upright = np.ascontiguousarray(values[::_ROWS])
-    turned = np.ascontiguousarray(cv2.transpose(values)[::_COLUMNS])
-    # Along each line, how many samples come before the first lit one, from either end.
-    firsts = [
-        above(np.concatenate((lines, cv2.flip(lines, 1))), samples.dark.threshold).argmax(axis=1)
-        for lines in (upright, turned)
-    ]
-    first = np.concatenate(firsts).astype(np.float32)
-    # A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
-    keep = first > 1
-    n, m = len(upright), len(turned)
-    bounds = (0, n, 2 * n, 2 * n + m, 2 * n + 2 * m)
-    is_level = first[1:] == first[:-1]
-    edges = [0, 0, 0, 0]
-    for side, (begin, end) in enumerate(pairwise(bounds)):
-        if np.count_nonzero(is_level[begin : end - 1]) > _STRAIGHT / 2 * (end - begin):
-            edges[side] = edge = _straight_edge(first[begin:end])
-            if edge:
-                keep[begin:end] &= np.abs(first[begin:end] - edge) > 1
-    lines_x, lines_y, sign_x, sign_y = _scan_lines(h, w)
-    x, y = lines_x + sign_x * first, lines_y + sign_y * first
+    step = samples.step
     ax = frame.pixel_aspect * step
-    circle = consensus_circle(
-        x[keep] * np.float32(ax), y[keep] * np.float32(step), radii, 1.5 * step
-    )
+    points, edges = _scan(samples, frame.pixel_aspect)
+    circle = consensus_circle(points, radii, 1.5 * step)
     if circle is None:
         return None
     # The smoothing, and a threshold near black, widen the content by this much.
     circle = circle._replace(radius=circle.radius - _WIDENING * step)
-    whole = whole_frame(frame.size, frame.pixel_aspect)
-    box = Box(
-        (edges[0] - 0.5) * ax if edges[0] else whole.left,
-        (edges[2] - 0.5) * step if edges[2] else whole.top,
-        (w - edges[1] - 0.5) * ax if edges[1] else whole.right,
-        (h - edges[3] - 0.5) * step if edges[3] else whole.bottom,
-    )
+    box = whole_frame(frame.size, frame.pixel_aspect)
+    if any(edges):
+        h, w = samples.values.shape
+        left, right, top, bottom = edges
+        box = Box(
+            (left - 0.5) * ax if left else box.left,
+            (top - 0.5) * step if top else box.top,
+            (w - right - 0.5) * ax if right else box.right,
+            (h - bottom - 0.5) * step if bottom else box.bottom,
+        )
     return circle, box
 
 
+def _scan(samples: Samples, pixel_aspect: float) -> tuple[Array, list[int]]:
+    """Return where the content begins along rows and columns, from both ends: (2, n), in square pixels.
+
+    Straight edges of the content are left out; they come as a list: how many samples lie beyond the left,
+    right, top and bottom one, 0 where there is none.
+    """
+    values, threshold = samples.values, samples.dark.threshold
+    lit = above(values, threshold)
+    upright, turned = lit[::_ROWS], np.ascontiguousarray(lit.T[::_COLUMNS])
+    # Along each line, how many samples come before the first lit one, from either end.
+    first = np.concatenate(
+        [lines.argmax(axis=1) for lines in (upright, upright[:, ::-1], turned, turned[:, ::-1])]
+    )
+    # A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
+    keep = first > 1
+    n, m = len(upright), len(turned)
+    ends = (0, n, 2 * n, 2 * n + m, 2 * n + 2 * m)
+    level = np.add.reduceat(first[1:] == first[:-1], ends[:4], dtype=np.intp).tolist()
+    edges = [0, 0, 0, 0]
+    for side, (begin, end) in enumerate(pairwise(ends)):
+        if level[side] > _STRAIGHT / 2 * (end - begin):
+            edges[side] = edge = _straight_edge(first[begin:end])
+            if edge:
+                keep[begin:end] &= np.abs(first[begin:end] - edge) > 1
+    start, way = _scan_lines(*values.shape, samples.step, pixel_aspect)
+    points = way * first.astype(np.float32)
+    points += start
+    return points.compress(keep, axis=1), edges
+
+
 @lru_cache(maxsize=4)
-def _scan_lines(height: int, width: int) -> tuple[Array, Array, Array, Array]:
-    """Return where each scan starts, x and y, and the direction in which it goes."""
+def _scan_lines(height: int, width: int, step: int, pixel_aspect: float) -> tuple[Array, Array]:
+    """Return where each scan starts and the way that a sample is on it, (2, n) each, in square pixels."""
     rows = np.arange(0, height, _ROWS, dtype=np.float32)
     columns = np.arange(0, width, _COLUMNS, dtype=np.float32)
     across, down = np.zeros_like(rows), np.zeros_like(columns)
-    return (
+    start = (
         np.concatenate((across, across + (width - 1), columns, columns)),
         np.concatenate((rows, rows, down, down + (height - 1))),
+    )
+    way = (
         np.concatenate((across + 1, across - 1, down, down)),
         np.concatenate((across, across, down + 1, down - 1)),
     )
+    pixels = np.array([[step * pixel_aspect], [step]], np.float32)
+    return np.stack(start) * pixels, np.stack(way) * pixels
 
 
 def above(values: NDArray[np.uint8], threshold: float) -> NDArray[np.bool_]:
@@ -169,9 +193,9 @@ def above(values: NDArray[np.uint8], threshold: float) -> NDArray[np.bool_]:
     return values > np.uint8(min(max(threshold, 0.0), 255.0))
 
 
-def _straight_edge(first: Array) -> int:
+def _straight_edge(first: NDArray[np.intp]) -> int:
     """Return where the content begins along a straight line, or 0 where it does not."""
-    counts = np.bincount(first.astype(np.intp))
+    counts = np.bincount(first)
     if len(counts) < 3:
         return 0
     counts[:2] = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,14 @@ from .coarse import Dark
 from .disc import Box
 from .fit import Circle, fit_offsets
 from .frame import Frame
-from .rim import DIRECTIONS, Rim, directions, inside_box, profiles
+from .rim import DIRECTIONS, Rim, base, directions, inside_box, profiles
 
 Array = NDArray[np.float32]
 
 # The profile, as fractions of the radius: from where the fade is clear to where the outside is.
 _INNER, _OUTER, _SAMPLES = -0.16, 0.08, 49
+# A fade is shallow, so that noise counts: each profile is the mean of so many side by side.
+_BESIDE = 4
 # The samples at the outer end that are surely outside.
 _OUTSIDE = 5
 # Where straight lines are fitted to the fade at first, and how much brighter the profile must be at its
@@ -50,7 +53,7 @@ def look_faded(frame: Frame, circle: Circle, box: Box, dark: Dark) -> Rim | None
             return None
         rim, slope = found
         circle = rim.circle
-        weights = _line_weights(-relative * circle.radius, slope, dark.noise)
+        weights = _line_weights(-relative * circle.radius, slope, dark.noise / math.sqrt(_BESIDE))
     return rim
 
 
@@ -68,11 +71,12 @@ def _fit_fade(
     seen = np.flatnonzero(inside_box(circle, float(offsets[-1]), box))
     if len(seen) < _LEAST:
         return None
-    profile = profiles(frame, circle, offsets)[seen]
+    profile = _mean_profiles(frame, circle, offsets)[seen]
     outside = profile[:, -_OUTSIDE:].mean(axis=1)
     is_dark = outside < dark.threshold
     # The mean, which clipped noise lifts above the level, is what the lines cross.
-    profile -= np.mean(outside[is_dark]) if is_dark.any() else dark.level
+    black = float(np.mean(outside[is_dark])) if is_dark.any() else dark.level
+    profile -= black
     share = weights / weights.sum()
     middle = share @ offsets
     centered = offsets - middle
@@ -85,10 +89,8 @@ def _fit_fade(
     if len(usable) < _LEAST:
         return None
     offset = middle - height[usable] / slope[usable]
-    cosine, sine = directions()
-    chosen = seen[usable]
     fitted = fit_offsets(
-        cosine[chosen], sine[chosen], offset, 0.5, 0.03 * circle.radius, bright[usable] ** 2
+        base()[:, seen[usable]], offset, 0.5, 0.03 * circle.radius, bright[usable] ** 2
     )
     if fitted is None:
         return None
@@ -99,7 +101,7 @@ def _fit_fade(
     average = profile[usable[good]].mean(axis=0)
     if average[0] < _GROWTH * average[_SAMPLES // 3]:
         return None
-    reach = _hinge(offsets, average)
+    reach = _hinge(offsets, _unclipped(average + black, dark.noise) - _unclipped(black, dark.noise))
     is_in_window = reach is not None
     if reach is None:
         # Outside the window: the lines at least lead there, for the next round.
@@ -123,6 +125,32 @@ def _fit_fade(
         evidence=math.inf if is_circle else 0.0,
     )
     return rim, float(-np.mean(slope[usable[good]]))
+
+
+def _unclipped(mean: Any, noise: float) -> Any:
+    """Return the levels, black at 0, whose ``mean`` with ``noise`` is this after clipping at 0.
+
+    Noise is clipped at black, which lifts the mean of dark pixels; that would round off the end of a fade.
+    """
+    ratio, lifted = _clipping()
+    lowest = float(lifted[0])
+    return noise * np.interp(np.maximum(mean / noise, lowest), lifted, ratio) + np.maximum(
+        mean - noise * float(ratio[-1]), 0
+    )
+
+
+@lru_cache(maxsize=1)
+def _clipping() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ratios of level to noise, and of the mean to the noise once the noise is clipped at 0."""
+    ratio = np.linspace(-2, 4, 241)
+    below = np.array([0.5 + 0.5 * math.erf(z / math.sqrt(2)) for z in ratio])
+    return ratio, ratio * below + np.exp(-(ratio**2) / 2) / math.sqrt(2 * math.pi)
+
+
+def _mean_profiles(frame: Frame, circle: Circle, offsets: Array) -> Array:
+    """Sample along radii, each the mean over a few side by side: (DIRECTIONS, n) in 8-bit levels."""
+    fine = profiles(frame, circle, offsets, directions(DIRECTIONS * _BESIDE))
+    return fine.reshape(DIRECTIONS, _BESIDE, len(offsets)).mean(axis=1)
 
 
 @lru_cache(maxsize=1)

@@ -23,6 +23,7 @@ _JURY = 96
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
 _FIT_ROUNDS, _SETTLED = 12, 0.05
+_ONE = np.float32(1)
 
 
 class Circle(NamedTuple):
@@ -59,28 +60,27 @@ _FIRST_TRIPLES, _MORE_TRIPLES = np.split(
 )
 
 
-def consensus_circle(
-    x: Array, y: Array, radii: tuple[float, float], tolerance: float
-) -> Circle | None:
+def consensus_circle(places: Array, radii: tuple[float, float], tolerance: float) -> Circle | None:
     """Find the circle that most points lie on, within ``tolerance``, and fit it to those points.
 
-    ``x`` and ``y`` are (n,) float32; ``radii`` bounds the radius. Where nearly all points are on one circle,
-    least squares finds it; else RANSAC does (Fischler and Bolles 1981), with a fixed draw of triples. None
-    when no triple gives a circle within the bounds.
+    ``places`` are (2, n) float32, x and y; ``radii`` bounds the radius. Where nearly all points are on one
+    circle, least squares finds it; else RANSAC does (Fischler and Bolles 1981), with a fixed draw of
+    triples. None when no triple gives a circle within the bounds.
     """
-    n = len(x)
+    n = places.shape[1]
     if n < 6:
         return None
     # About the first point, so that squares stay small enough for single precision.
     points = np.empty((4, n), np.float32)
-    points[0] = x - x[0]
-    points[1] = y - y[0]
+    origin = places[:, :1]
+    x, y = np.subtract(places, origin, out=points[:2])
     points[2] = 1
-    points[3] = points[0] * points[0] + points[1] * points[1]
+    np.multiply(x, x, out=points[3])
+    points[3] += y * y
     found = _common_circle(points, radii, tolerance) or _most_voted(points, radii, tolerance)
     if found is None:
         return None
-    return Circle(found.x + float(x[0]), found.y + float(y[0]), found.radius)
+    return Circle(found.x + float(origin[0, 0]), found.y + float(origin[1, 0]), found.radius)
 
 
 def _common_circle(points: Array, radii: tuple[float, float], tolerance: float) -> Circle | None:
@@ -170,15 +170,11 @@ def _algebraic_circle(points: Array) -> Circle | None:
 
 
 def fit_offsets(
-    cosine: Array,
-    sine: Array,
-    offset: Array,
-    floor: float,
-    reach: float,
-    trust: Array | None = None,
+    base: Array, offset: Array, floor: float, reach: float, trust: Array | None = None
 ) -> Shift | None:
     """Fit the shift (dx, dy, dr) of a circle to radial ``offset`` (n,) of its rim at n directions.
 
+    ``base`` (3, n) has the directions' cosines and sines, and ones.
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
     one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
     below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
@@ -188,32 +184,33 @@ def fit_offsets(
     if n < 5:
         return None
     rows = np.empty((4, n), np.float32)
-    rows[0], rows[1], rows[2], rows[3] = cosine, sine, 1, offset
-    trusted = rows if trust is None else rows * (trust / trust.max())
+    rows[:3], rows[3] = base, offset
+    columns = rows.T
+    weighted = trusted = rows if trust is None else rows * (trust / trust.max())
     shift = (0.0, 0.0, 0.0)
-    minus = np.array([0, 0, 0, -1], np.float32)
-    scale, limit = math.inf, reach
-    weight = np.ones(n, np.float32)
-    inverse = None
+    limit, middle = reach, n // 2
+    weight, inverse = np.ones(n, np.float32), None
     for _ in range(_FIT_ROUNDS):
-        normal = ((trusted * weight) @ rows.T).tolist()
+        normal = (weighted @ columns).tolist()
         inverse = _inverse(normal)
         if inverse is None:
             return None
         last, shift = shift, _times(inverse, [row[3] for row in normal[:3]])
-        minus[:3] = shift
-        residual = minus @ rows
+        residual = np.array((*shift, -1), np.float32) @ rows
         np.abs(residual, out=residual)
         ordered = residual.copy()
-        ordered.partition(n // 2)
-        scale = max(_MAD_TO_SIGMA * float(ordered[n // 2]), floor)
+        ordered.partition(middle)
+        scale = max(_MAD_TO_SIGMA * float(ordered[middle]), floor)
         moved = max(abs(shift[0] - last[0]), abs(shift[1] - last[1]), abs(shift[2] - last[2]))
         if limit <= scale and moved < _SETTLED:
             break
         limit = max(limit / 6, scale)
         residual *= np.float32(1 / (_TUKEY * limit))
-        weight = np.maximum(1 - residual * residual, 0)
+        weight = np.square(residual, out=residual)
+        np.minimum(weight, _ONE, out=weight)
+        weight -= _ONE
         weight *= weight
+        weighted = trusted * weight
     assert inverse is not None
     sigma_x, sigma_y, sigma_r = (scale * math.sqrt(max(inverse[i], 0.0)) for i in (0, 3, 5))
     return Shift(Circle(*shift), weight, scale, sigma_r, math.hypot(sigma_x, sigma_y))

@@ -33,7 +33,11 @@ _FEWEST = 6
 _ALL = np.ones(DIRECTIONS, np.bool_)
 # A peak flatter than this, in levels, is none: its place is that of its highest sample.
 _LEAST_BEND = np.float32(1e-3)
-_THIRDS = np.full(_MEAN, 1 / _MEAN, np.float32)
+# Samples of a profile, and edges in it.
+_SAMPLES = 2 * _REACH + 1
+_EDGES = _SAMPLES - 2 * _MEAN
+# What turns three neighbours into the slope and the bend of the parabola through them.
+_PARABOLA = np.array([[-0.5, 0, 0.5], [-1, 2, -1]], np.float32)
 
 
 class Rim(NamedTuple):
@@ -47,23 +51,21 @@ class Rim(NamedTuple):
     edges: int  # of which, besides, there is a fall from content to dark
     on_circle: int  # of which the fall lies on the circle
     sharpness: float  # the fall over the middle half of the window as a share of the whole
-    evidence: (
-        float  # log of how much less likely so good an agreement is by chance; inf where not known
-    )
+    evidence: float  # natural log of the odds against so good an agreement by chance
 
 
-@lru_cache(maxsize=1)
-def directions() -> tuple[Array, Array]:
-    """Return the cosines and sines of the radii."""
+@lru_cache(maxsize=2)
+def directions(count: int = DIRECTIONS) -> tuple[Array, Array]:
+    """Return the cosines and sines of ``count`` radii."""
     # Half a step off the axes, where the frame's own edges and interlacing would meet a radius head on.
-    angle = (np.arange(DIRECTIONS) + 0.5) * (2 * np.pi / DIRECTIONS)
+    angle = (np.arange(count) + 0.5) * (2 * np.pi / count)
     return np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
 
 
 @lru_cache(maxsize=1)
-def _row_starts() -> NDArray[np.intp]:
-    """Where each radius begins in the flattened edges."""
-    return np.arange(DIRECTIONS) * _edge_operator().shape[1]
+def base() -> Array:
+    """The rows cosine, sine and 1, (3, DIRECTIONS), that a circle's shift is fitted with."""
+    return np.stack([*directions(), np.ones(DIRECTIONS, np.float32)])
 
 
 @lru_cache(maxsize=1)
@@ -72,28 +74,42 @@ def _steps() -> Array:
 
 
 @lru_cache(maxsize=1)
-def _edge_operator() -> Array:
-    """The matrix that turns profiles into edges: mean before minus mean after each inner sample."""
-    k = 2 * _REACH + 1
-    inner = np.arange(_MEAN, k - _MEAN)
-    operator = np.zeros((k, len(inner)), np.float32)
-    for column, at in enumerate(inner):
-        operator[at - _MEAN : at, column] = 1 / _MEAN
-        operator[at + 1 : at + 1 + _MEAN, column] = -1 / _MEAN
+def _readings() -> Array:
+    """The matrix that turns profiles, (n, _SAMPLES), into what is read from them, (n, _EDGES + 5).
+
+    First the edges: mean before minus mean after each inner sample. Then the mean outside. Then the means at
+    both ends and about the quarters: begin, first quarter, last quarter, end.
+    """
+    operator = np.zeros((_SAMPLES, _EDGES + 5), np.float32)
+    for column in range(_EDGES):
+        operator[column : column + _MEAN, column] = 1 / _MEAN
+        operator[column + _MEAN + 1 : column + 2 * _MEAN + 1, column] = -1 / _MEAN
+    quarter = _REACH // 2
+    starts = (_SAMPLES - _MEAN, 0, quarter, _SAMPLES - quarter - _MEAN, _SAMPLES - _MEAN)
+    for column, start in enumerate(starts, _EDGES):
+        operator[start : start + _MEAN, column] = 1 / _MEAN
     return operator
 
 
-def profiles(frame: Frame, circle: Circle, offsets: Array) -> Array:
-    """Sample along every radius, at ``circle.radius + offsets`` px: float32 (DIRECTIONS, len(offsets)).
+@lru_cache(maxsize=1)
+def _around() -> NDArray[np.intp]:
+    """Where in the flattened readings the first edge, its neighbours before and after it, are: (3, n)."""
+    row = np.arange(DIRECTIONS) * (_EDGES + 5)
+    return row + np.arange(3)[:, None]
 
-    In 8-bit levels; beyond the frame its last pixels go on.
+
+def profiles(frame: Frame, circle: Circle, offsets: Array, along: tuple[Array, Array]) -> Array:
+    """Sample at ``circle.radius + offsets`` px ``along`` radii, cosines and sines (n,) of their angles.
+
+    Returns float32 (n, len(offsets)) in 8-bit levels; beyond the frame its last pixels go on.
     """
-    cosine, sine = directions()
+    cosine, sine = along
     radius = offsets + np.float32(circle.radius)
-    map_x = cosine[:, None] * (radius / np.float32(frame.pixel_aspect))
-    map_x += np.float32(circle.x / frame.pixel_aspect)
-    map_y = sine[:, None] * radius
+    map_x, map_y = np.multiply.outer(cosine, radius), np.multiply.outer(sine, radius)
+    map_x += np.float32(circle.x)
     map_y += np.float32(circle.y)
+    if frame.pixel_aspect != 1:
+        map_x *= np.float32(1 / frame.pixel_aspect)
     sampled = cv2.remap(
         frame.luma, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     ).astype(np.float32)
@@ -126,37 +142,36 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
     None when too few directions show such a fall.
     """
     spacing = half / _REACH
-    cosine, sine = directions()
+    along = directions()
     is_whole = lies_within(circle, half + _FRAME_EDGE, box)
     seen = _ALL if is_whole else inside_box(circle, _MARGIN * half, box)
-    profile = profiles(frame, circle, _steps() * np.float32(spacing))
-    edges = profile @ _edge_operator()
-    at = edges.argmax(axis=1)
-    at = np.minimum(np.maximum(at, 1), edges.shape[1] - 2)
+    profile = profiles(frame, circle, _steps() * np.float32(spacing), along)
+    readings = profile @ _readings()
+    at = readings[:, 1 : _EDGES - 1].argmax(axis=1)
     # The peak, to a fraction of a sample, by a parabola through it and its neighbours.
-    flat, place = edges.ravel(), at + _row_starts()
-    before, middle, after = flat.take(place - 1), flat.take(place), flat.take(place + 1)
-    bend = middle - before
-    bend += middle
-    bend -= after
-    offset = (after - before) / np.maximum(bend, _LEAST_BEND)
-    offset *= np.float32(0.5)
+    peak = readings.take(at + _around())
+    slope, bend = _PARABOLA @ peak
+    offset = slope / np.maximum(bend, _LEAST_BEND)
+    np.minimum(np.maximum(offset, -1, out=offset), 1, out=offset)
     offset += at.astype(np.float32)
-    offset += _MEAN - _REACH
+    offset += 1 + _MEAN - _REACH
     offset *= np.float32(spacing)
-    outside = profile[:, -_MEAN:] @ _THIRDS
-    is_dark = seen & (outside < dark.threshold + dark.noise)
-    is_rim = is_dark & (middle > dark.contrast)
+    is_dark = readings[:, _EDGES] < dark.threshold + dark.noise
     if not is_whole:
-        is_rim &= _inside(circle, cosine, sine, offset + np.float32(_FRAME_EDGE), box)
-    usable = np.flatnonzero(is_rim)
-    if len(usable) < _FEWEST:
+        is_dark &= seen
+    is_rim = is_dark & (peak[1] > dark.contrast)
+    if not is_whole:
+        is_rim &= _inside(circle, *along, offset + np.float32(_FRAME_EDGE), box)
+    count = int(np.count_nonzero(is_rim))
+    if count < _FEWEST:
         return None
-    fitted = fit_offsets(cosine[usable], sine[usable], offset[usable], 0.25 * spacing, half / 3)
+    fitted = fit_offsets(
+        base().compress(is_rim, axis=1), offset.compress(is_rim), 0.25 * spacing, half / 3
+    )
     if fitted is None:
         return None
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + fitted.by.radius)
-    count = int(np.count_nonzero(fitted.weight > 0.3))
+    on_circle = int(np.count_nonzero(fitted.weight > 0.3))
     # An edge that has nothing to do with the circle lies anywhere in the window; on the circle it lies
     # within the width that the weights accept.
     gain = (half - _MEAN * spacing) / (_ACCEPTED * fitted.scale)
@@ -164,27 +179,16 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         moved,
         fitted.scale,
         fitted.radius_sigma,
-        int(np.count_nonzero(seen)),
+        DIRECTIONS if is_whole else int(np.count_nonzero(seen)),
         int(np.count_nonzero(is_dark)),
-        len(usable),
         count,
-        _sharpness(is_rim.astype(np.float32) @ profile),
-        count * math.log(gain),
+        on_circle,
+        _sharpness((is_rim.astype(np.float32) @ readings).tolist()[_EDGES + 1 :]),
+        on_circle * math.log(gain),
     )
 
 
-def _sharpness(profile: Array) -> float:
+def _sharpness(means: list[float]) -> float:
     """Return the fall over the middle half as a share of the whole: 1 for a step, a half for a slope."""
-    first, second, third, last = (profile @ _quarters()).tolist()
+    first, second, third, last = means
     return (second - third) / (first - last) if first > last else 0.0
-
-
-@lru_cache(maxsize=1)
-def _quarters() -> Array:
-    """The matrix that turns a profile into its means at both ends and about its quarters."""
-    samples = 2 * _REACH + 1
-    operator = np.zeros((samples, 4), np.float32)
-    starts = (0, _REACH // 2, samples - _REACH // 2 - _MEAN, samples - _MEAN)
-    for column, start in enumerate(starts):
-        operator[start : start + _MEAN, column] = 1 / _MEAN
-    return operator

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,12 +174,11 @@ class Search:
         """
         values, step, dark = self.samples
         thinned = np.ascontiguousarray(values[::_APART, ::_APART])
-        apart = np.float32(_APART * step)
-        x = np.arange(thinned.shape[1], dtype=np.float32) * (
-            apart * np.float32(self.frame.pixel_aspect)
-        ) - np.float32(circle.x)
-        y = np.arange(thinned.shape[0], dtype=np.float32) * apart - np.float32(circle.y)
-        distance2 = x * x + (y * y)[:, None]
+        x, y = _places(*thinned.shape, _APART * step, self.frame.pixel_aspect)
+        dx, dy = x - np.float32(circle.x), y - np.float32(circle.y)
+        dx *= dx
+        dy *= dy
+        distance2 = dx + dy
         near = distance2 > (1.02 * circle.radius + 2 * step) ** 2
         far = distance2 > (_FAR * circle.radius) ** 2
         spared = 0.0 if dark.has_glare else self.spec.logos * thinned.size
@@ -197,3 +197,12 @@ class Search:
     ) -> bool:
         allowed = self.spec.max_bright_outside * int(np.count_nonzero(where)) + spared
         return int(np.count_nonzero(where & exceptions)) <= allowed
+
+
+@lru_cache(maxsize=4)
+def _places(
+    height: int, width: int, step: int, pixel_aspect: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the columns' x, (width,), and the rows' y, (height, 1), of samples in square pixels."""
+    x = np.arange(width, dtype=np.float32) * np.float32(step * pixel_aspect)
+    return x, np.arange(height, dtype=np.float32)[:, None] * np.float32(step)

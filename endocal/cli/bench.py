@@ -107,7 +107,7 @@ def boundary(
     rounds: Annotated[int, typer.Option(min=1, help="How often the frames are gone through.")] = 12,
     json: Json = False,
 ) -> None:
-    """Finding the visible circle, on one core, beside the article's contour in the same run."""
+    """Finding the visible circle, on one core, beside a bare prototype and the article's contour."""
     from ..benchmarks.boundary import ARTICLE_RATE, ARTICLE_SIZE, run
 
     report = run(rounds=rounds)
@@ -116,21 +116,26 @@ def boundary(
         return
     typer.echo("frames per second of one core, median (best) of the rounds:")
     typer.echo(
-        f"{'size':<11}{'each frame anew':>20}{'after the last':>20}{'contour alone':>20}  article"
+        f"{'size':<11}{'in a video':>18}{'each frame anew':>18}{'prototype':>18}{'contour':>18}"
+        "  article"
     )
     for row in report.rows:
         pairs = (
-            (row.cold, row.cold_best),
             (row.warm, row.warm_best),
+            (row.cold, row.cold_best),
+            (row.prototype, row.prototype_best),
             (row.contour, row.contour_best),
         )
-        figures = "".join(f"{f'{m:.0f} ({b:.0f})':>20}" for m, b in pairs)
+        figures = "".join(f"{f'{m:.0f} ({b:.0f})':>18}" for m, b in pairs)
         article = f"{ARTICLE_RATE:>9}" if row.size == ARTICLE_SIZE else ""
         typer.echo(f"{f'{row.size[0]}x{row.size[1]}':<11}{figures}{article}")
-    typer.echo(
-        f"median error, diameter or centre: {report.error:.2f} px, contour alone"
-        f" {report.contour_error:.2f} px"
-    )
+    typer.echo("error of diameter or centre, median and 95 %, px:")
+    for name, (middle, most) in (
+        ("ours", report.error),
+        ("prototype", report.prototype_error),
+        ("contour", report.contour_error),
+    ):
+        typer.echo(f"  {name:<11}{middle:8.2f}{most:8.2f}")
 
 
 @group.command("correct")

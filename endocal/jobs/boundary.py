@@ -82,7 +82,9 @@ def find_boundaries(
     emit: Callable[[FrameBoundary], None],
     progress: Callable[[Progress], None] | None = None,
 ) -> BoundaryReport:
-    """Find the circle in every frame, each on its own, and hand it to ``emit`` in order.
+    """Find the circle in every frame and hand it to ``emit`` in order.
+
+    In a video it is looked for first where it was a frame before.
 
     Raises InputError for an input that is no picture or video, OutputError for the overlay.
     """
@@ -139,6 +141,7 @@ def _video(
 ) -> None:
     began = time.monotonic()
     frames = 0
+    last: Boundary | None = None
     with VideoReader(
         source,
         name=shown(job.input),
@@ -150,9 +153,9 @@ def _video(
         white = (255 if info.full_range else 235) << (info.bits - 8)
 
         def look(item: Item) -> Boundary | None:
-            nonlocal frames
+            nonlocal frames, last
             assert is_frame(item)
-            boundary = find_boundary(plane_views(item)[0], aspect)
+            last = boundary = find_boundary(plane_views(item)[0], aspect, guess=last)
             take(FrameBoundary(frames, item.time, boundary))
             frames += 1
             return boundary

@@ -48,6 +48,34 @@ def test_many_troubles_at_once_leave_it_within_two_pixels() -> None:
     assert np.median(errors) <= 0.5
 
 
+def faded_circle(seed: int) -> RimFrame:
+    """A circle whose light fades to black at its rim, under noise that black clips."""
+    center, diameter = (361.3, 268.2), 430.0
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    r = np.hypot(x - center[0], y - center[1]) / (diameter / 2)
+    light = 120 * np.clip(1 - r**2, 0, 1)
+    light += np.random.default_rng(seed).normal(0, 7, light.shape)
+    return RimFrame(
+        np.clip(np.rint(light), 0, 255).astype(np.uint8), center, diameter, 1.0, "noise", seed
+    )
+
+
+@pytest.mark.parametrize(("seed", "trouble"), [(687458, "noise"), (7, "all at once")])
+def test_a_corner_whose_noise_seems_small_by_chance_hides_no_rim(seed: int, trouble: str) -> None:
+    frame = random_rim_frame(seed, trouble)
+    assert error(find_boundary(frame.image, frame.pixel_aspect), frame) <= 0.5
+
+
+def test_noise_that_is_clipped_at_black_does_not_shrink_a_faded_circle() -> None:
+    frames = [faded_circle(seed) for seed in range(12)]
+    found = [find_boundary(f.image) for f in frames]
+    diameters = [b.diameter for b in found if b is not None]
+    assert len(diameters) == 12
+    # Clipping lifts what is darker than the noise; taken as it is, that took 3 px off the diameter.
+    assert np.mean(diameters) == pytest.approx(430, abs=0.6)
+    assert np.ptp(diameters) <= 3
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_frame_without_a_circle_gives_none(kind: str) -> None:
     for n in range(6):
