@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,11 +14,12 @@ from .options import Json, Output, Overwrite, note, print_json
 from .progress import progress_bar
 
 if TYPE_CHECKING:
-    from ..jobs.correct import CorrectionReport
+    from ..jobs.correct import CorrectionReport, CorrectionSpec, Progress
 
 EXAMPLES = (
     "endocal correct surgery.mp4 -o corrected.mp4 -c zoom.toml",
     "endocal correct frame.png -o corrected.png -c cal.toml --view full",
+    "endocal correct surgery.mp4 -o look.png -c zoom.toml --preview 1:30",
     "ffmpeg -i in.avi -f yuv4mpegpipe - | endocal correct - -o - -c zoom.toml | ffplay -",
 )
 
@@ -53,6 +55,19 @@ def command(
     threads: Annotated[
         int, typer.Option(metavar="N", help="Threads to decode and to encode with; 0: by cores.")
     ] = 0,
+    page: Annotated[
+        str | None,
+        file_option(
+            "--report", metavar="FILE", help="Write a page for people: the zoom over time."
+        ),
+    ] = None,
+    preview: Annotated[
+        str | None,
+        typer.Option(
+            metavar="INSTANT",
+            help="Write a picture of one frame (250) or time (12.5s, 1:02:03): before | after, with a grid.",
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -78,12 +93,40 @@ def command(
         **fields,
     )
     limit_threads(threads)
+    if preview is not None:
+        if page is not None:
+            raise UsageError("--preview excludes --report")
+        _preview(spec, preview, json, quiet)
+        return
     with progress_bar(source, quiet) as progress:
-        report = correct(spec, progress)
+        report = correct(spec, progress) if page is None else _with_page(spec, page, progress)
     if json:
         print_json(dataclasses.asdict(report))
     if not quiet:
         _tell(report)
+
+
+def _with_page(
+    spec: CorrectionSpec, page: str, progress: Callable[[Progress], None] | None
+) -> CorrectionReport:
+    from ..jobs.report_run import correct_and_report
+
+    return correct_and_report(spec, page, progress)
+
+
+def _preview(spec: CorrectionSpec, instant: str, json: bool, quiet: bool) -> None:
+    from ..jobs.instant import Instant
+    from ..jobs.preview import preview
+
+    report = preview(spec, Instant.parse(instant))
+    if json:
+        print_json(dataclasses.asdict(report))
+    if quiet:
+        return
+    for text in report.notes:
+        note(f"note: {text}")
+    at = "" if report.time is None else f" at {report.time:.2f} s"
+    note(f"{report.output}: before and after{at}, lambda {report.lam:.4e} px^-2")
 
 
 def _tell(report: CorrectionReport) -> None:

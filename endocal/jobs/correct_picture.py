@@ -54,7 +54,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     corrected: Picture = upright(remapper.apply(image), data)
     if spec.side_by_side:
         corrected = _beside(upright(image, data), corrected)
-    _write(spec, corrected)
+    write_picture(spec, corrected)
     return CorrectionReport(
         input=name,
         output=output_name(spec),
@@ -84,12 +84,17 @@ def _check(spec: CorrectionSpec) -> None:
     ):
         if given:
             raise UsageError(f"{option} is for videos; {input_name(spec)} is a picture")
+    check_picture_output(spec)
+
+
+def check_picture_output(spec: CorrectionSpec) -> None:
+    """Raise what ``write_picture`` would, before the work."""
     if spec.output != PIPE and Path(spec.output).suffix.lower() not in PICTURE_SUFFIXES:
         raise UsageError(
             f"{shown(spec.output)}: a picture is written as {', '.join(PICTURE_SUFFIXES)}"
         )
-    inputs = [path for path in (spec.input, spec.calibration) if path != PIPE]
-    check_output(spec.output, spec.overwrite, inputs)
+    inputs = (spec.input, spec.calibration, spec.zoom_from)
+    check_output(spec.output, spec.overwrite, [p for p in inputs if p not in (None, PIPE)])
 
 
 def _luma(image: Picture) -> Picture:
@@ -106,7 +111,8 @@ def _beside(left: Picture, right: Picture) -> Picture:
     return np.hstack(padded)
 
 
-def _write(spec: CorrectionSpec, image: Picture) -> None:
+def write_picture(spec: CorrectionSpec, image: Picture) -> None:
+    """Write a picture where ``spec`` says; on a pipe it is a PNG."""
     if spec.output == PIPE:
         PipeOutput().write(encode_image(image, _PIPE_SUFFIX))
         return

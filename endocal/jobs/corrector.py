@@ -79,7 +79,7 @@ class Corrector:
     ) -> None:
         self._split = split
         self._eyes = eyes
-        geometry = _geometry(spec, split.layout, eyes)
+        geometry = stream_geometry(spec, split.layout, eyes)
         self._remappers = [
             FrameRemapper(split.layout, geometry, spec.interpolation, spec.device) for _ in eyes
         ]
@@ -111,7 +111,7 @@ class Corrector:
             self._remappers[eye].apply(model, self._split.views(planes)[eye], whole)
 
 
-def _geometry(
+def stream_geometry(
     spec: CorrectionSpec, layout: FrameLayout, eyes: Sequence[ModelSource]
 ) -> OutputGeometry:
     """Lay out the output, one for all eyes so that their disparity stays.

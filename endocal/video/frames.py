@@ -50,6 +50,11 @@ def luma_view(frame: av.VideoFrame) -> np.ndarray:
     return plane_views(frame)[0]
 
 
+def to_bgr(frame: av.VideoFrame) -> np.ndarray:
+    """Return the frame as (h, w, 3) uint8 BGR, by its own matrix and range."""
+    return frame.to_ndarray(format="bgr24")
+
+
 def luma_bits(pix_fmt: str, bits: int) -> int:
     """Return how many bits ``luma_view`` has for a pixel format of ``bits`` a sample."""
     if not has_luma_plane(pix_fmt):

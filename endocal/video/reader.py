@@ -143,6 +143,18 @@ class VideoReader:
             if not self._advance():
                 return
 
+    def go_to(self, time: float) -> None:
+        """Go on from the key frame before ``time``, s on the stream's clock; a pipe goes on where it is.
+
+        Where the container cannot find the place, it goes on from the start.
+        """
+        if not isinstance(self._source, str) or self._live or self._is_without_times:
+            return
+        with contextlib.suppress(av.error.FFmpegError):
+            self._container.seek(round(max(time, self.info.start or 0) * av.time_base))
+            self._stream.codec_context.flush_buffers()
+            self._primed.clear()
+
     def samples(self, places: int = 3, frames: int = 6) -> Iterator[list[av.VideoFrame]]:
         """Yield runs of consecutive frames, from the start and, of a file, from places further on.
 
