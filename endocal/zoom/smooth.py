@@ -10,14 +10,19 @@ from dataclasses import dataclass
 class SmoothingSpec:
     """How the measured diameters of successive frames are taken together; all figures are relative.
 
-    A zoom may change its speed by ``acceleration`` per frame and frame (one standard deviation). A
-    measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
+    A zoom may change its speed by ``acceleration`` per frame and frame (one standard deviation), or by as much
+    as it did of late: a measurement more than ``surprise`` standard deviations off tells of that, and
+    ``forgetting`` of it is forgotten with each frame.
+
+    A measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
     ones agree with it, so that one false detection moves nothing; ``patience`` says how many must agree on a
     small jump and on one larger than ``large_jump``, none faster than ``max_speed`` per frame. ``floor`` is
     the least standard deviation of a measurement.
     """
 
     acceleration: float = 2e-4
+    forgetting: float = 0.3
+    surprise: float = 2.5
     gate: float = 4.5
     gates: tuple[float, float] = (3e-3, 1.5e-2)
     patience: tuple[int, int] = (2, 3)
@@ -40,6 +45,7 @@ class DiameterFilter:
         self._p = (0.0, 0.0, 0.0)
         self._waiting: list[float] = []
         self._scatter = spec.floor
+        self._acceleration2 = spec.acceleration**2
 
     @property
     def known(self) -> bool:
@@ -68,12 +74,16 @@ class DiameterFilter:
         """
         self._log, self._speed = math.log(diameter), 0.0
         self._p = (sigma * sigma, 0.0, speed_sigma * speed_sigma)
+        self._acceleration2 = self._spec.acceleration**2
         self._waiting.clear()
 
     def predict(self) -> None:
         """Go one frame on at the speed so far."""
         p00, p01, p11 = self._p
-        q = self._spec.acceleration**2
+        self._acceleration2 = max(
+            self._spec.acceleration**2, (1 - self._spec.forgetting) * self._acceleration2
+        )
+        q = self._acceleration2
         self._log += self._speed
         self._p = (p00 + 2 * p01 + p11 + q / 4, p01 + p11 + q / 2, p11 + q)
 
@@ -103,6 +113,8 @@ class DiameterFilter:
         self._waiting.clear()
         # The scatter about a still estimate shows what the fit of a single circle cannot know of.
         self._scatter += 0.05 * (min(abs(innovation), 3 * sigma) * 0.8 - self._scatter)
+        if innovation * innovation > spec.surprise**2 * total:
+            self._accelerate(innovation * innovation - total)
         k0, k1 = p00 / total, p01 / total
         self._log += k0 * innovation
         self._speed += k1 * innovation
@@ -117,9 +129,15 @@ class DiameterFilter:
         needed = spec.patience[abs(innovation) > spec.large_jump]
         if len(self._waiting) < needed:
             return False
+        change = (value - self._waiting[-2]) - self._speed
+        self._accelerate((change / needed) ** 2)
         self._log, self._speed = value, value - self._waiting[-2]
         # The speed is the difference of two measurements, of which one is the value.
         variance = sigma * sigma
-        self._p = (variance, variance, 2 * variance + spec.acceleration**2)
+        self._p = (variance, variance, 2 * variance + self._acceleration2)
         self._waiting.clear()
         return True
+
+    def _accelerate(self, square: float) -> None:
+        """Expect of the next frames what the speed, by its ``square``, seems to have changed within this one."""
+        self._acceleration2 = max(self._acceleration2, square)

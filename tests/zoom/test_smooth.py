@@ -53,6 +53,16 @@ def test_a_zoom_that_sets_in_at_once_is_two_frames_late_at_most(speed: float) ->
     assert late.max() <= 2.1
 
 
+def test_a_quick_zoom_that_speeds_up_and_slows_down_is_not_overshot() -> None:
+    # To twice the size within a second, by a half cosine: the speed changes by 0.5 % per frame and frame.
+    turn = np.clip((np.arange(70) - 20) / 25, 0, 1)
+    truth = 500 * np.exp(np.log(2) * (1 - np.cos(np.pi * turn)) / 2)
+    errors = np.abs(np.log(run(noisy(truth, sigma=2e-4), sigma=2e-4) / truth))
+    # While the first measurement of the zoom waits for the next, the estimate is late by what came till then.
+    assert errors.max() <= 0.01
+    assert (errors > 0.003).sum() <= 2
+
+
 @given(factor=st.floats(0.3, 3).filter(lambda f: abs(np.log(f)) > 0.02), at=st.integers(30, 55))
 def test_one_false_detection_moves_nothing(factor: float, at: int) -> None:
     clean = noisy(np.full(60, 600.0))
