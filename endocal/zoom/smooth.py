@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class SmoothingSpec:
     """How the measured diameters of successive frames are taken together; all figures are relative.
 
-    A zoom may change its speed by ``acceleration`` per frame and frame (one standard deviation), or by as much
-    as it did of late: a measurement more than ``surprise`` standard deviations off tells of that, and
+    A zoom may change its speed by ``acceleration`` per frame and frame (one standard deviation), or by as
+    much as it did of late: a measurement more than ``surprise`` standard deviations off tells of that, and
     ``forgetting`` of it is forgotten with each frame.
 
     A measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
@@ -139,5 +139,5 @@ class DiameterFilter:
         return True
 
     def _accelerate(self, square: float) -> None:
-        """Expect of the next frames what the speed, by its ``square``, seems to have changed within this one."""
+        """Expect more of what the speed, by its ``square``, seems to have changed within this frame."""
         self._acceleration2 = max(self._acceleration2, square)
