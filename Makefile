@@ -20,7 +20,7 @@ $(INSTALLED): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,report,cluster]'
 	@touch $@
 
-demo: $(INSTALLED) ## Calibrate, tabulate and correct the samples; leaves clip and pictures in demo/
+demo: $(INSTALLED) ## Calibrate, tabulate and correct the samples; leaves clip, pictures and pages in demo/
 	$(BIN)/python sample_data/demo.py demo
 
 test: $(INSTALLED) ## Run the tests

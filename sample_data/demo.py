@@ -1,7 +1,8 @@
 """Run the whole job on the samples and compare with the truth: ``python sample_data/demo.py FOLDER``.
 
-Calibrates the four boards, makes the zoom table, corrects the clip, and leaves everything in FOLDER, with a
-picture of before and after. Exits 1 where an error against the truth is above what is promised.
+Calibrates the four boards, makes the zoom table, corrects the clip, and leaves everything in FOLDER, with
+pictures of before and after and a page of each result. Exits 1 where an error against the truth is above what
+is promised.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from endocal import Calibration, DivisionModel, load
 
 SAMPLES = Path(__file__).resolve().parent
+CLIP = SAMPLES / "clip.mp4"
 BOARDS = sorted(SAMPLES.glob("board-*.png"))
 
 # What is promised: for each setting, and for the frames of the clip.
@@ -31,20 +33,26 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     settings = [folder / f"{board.stem}.toml" for board in BOARDS]
     for board, setting in zip(BOARDS, settings, strict=True):
-        endocal("calibrate", board, "-o", setting)
+        endocal("calibrate", board, "-o", setting, "--report", setting.with_suffix(".html"))
     table, clip, log = folder / "zoom.toml", folder / "corrected.mp4", folder / "zoom-log.csv"
     endocal("zoomtable", *settings, "-o", table)
-    endocal("correct", SAMPLES / "clip.mp4", "-o", clip, "-c", table, "--zoom-log", log)
+    endocal("report", table)
+    lens = ("-c", table)
+    run = folder / "run.html"
+    endocal("correct", CLIP, "-o", clip, *lens, "--zoom-log", log, "--report", run)
     picture = folder / "before-after.png"
-    endocal("correct", BOARDS[1], "-o", picture, "-c", settings[1], "--side-by-side")
+    endocal("correct", CLIP, "-o", picture, *lens, "--preview", "2s")
     beside = folder / "side-by-side.mp4"
-    endocal("correct", SAMPLES / "clip.mp4", "-o", beside, "-c", table, "--side-by-side")
+    endocal("correct", CLIP, "-o", beside, *lens, "--side-by-side")
 
     good = compare_settings(settings)
     good = compare_frames(log) and good
     print("\nLook at:")
     for path in (picture, beside, clip, table):
         print(f"  {path}")
+    print("\nOpen in a browser:")
+    for path in (*(s.with_suffix(".html") for s in settings), table.with_suffix(".html"), run):
+        print(f"  {path.resolve().as_uri()}")
     if not good:
         sys.exit("demo: an error is above what is promised")
 

@@ -112,17 +112,20 @@ def command(
         # For a calibration that failed too: it shows why.
         name = output.name if str(output) != "-" else images[0].name
         report_calibration(report, spec, name, str(page), overwrite)
-        note(f"{page}: report")
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
         names = ", ".join(str(image) for image in images)
         first, *more = quality.reasons
         rest = f"; {len(more)} more in the file that --force writes" if more else ""
-        raise CalibrationError(f"{names}: {first}{rest or '; --force writes it all the same'}")
+        rest = rest or "; --force writes it all the same"
+        seen = "" if page is None else f"; {page} shows why"
+        raise CalibrationError(f"{names}: {first}{rest}{seen}")
     save(calibration, output, overwrite=overwrite)
     if json:
         print_json(as_data(calibration))
     _tell(calibration, output)
+    if page is not None:
+        note(f"{page}: its page")
 
 
 def _check_page(page: Path, output: Path, json: bool) -> None:

@@ -102,8 +102,11 @@ def command(
         report = correct(spec, progress) if page is None else _with_page(spec, page, progress)
     if json:
         print_json(dataclasses.asdict(report))
-    if not quiet:
-        _tell(report)
+    if quiet:
+        return
+    _tell(report)
+    if page is not None:
+        note(f"{page}: its page")
 
 
 def _with_page(

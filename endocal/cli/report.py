@@ -60,4 +60,4 @@ def command(
     )
     for text in done.notes:
         note(f"note: {text}")
-    note(f"{done.output}: written")
+    note(f"{done.output}: page of {file}")

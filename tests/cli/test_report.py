@@ -115,7 +115,7 @@ def test_it_is_made_again_from_the_file_alike_each_time(
     for page in pages:
         done = endocal("report", calibrated / "cal.toml", "-o", page)
         assert done.code == 0
-        assert done.err == f"endocal: {page}: written\n"
+        assert done.err == f"endocal: {page}: page of {calibrated / 'cal.toml'}\n"
     assert pages[0].read_bytes() == pages[1].read_bytes()
     # And it says the same as the page of the calibration itself.
     assert text_of(pages[0]) == text_of(calibrated / "cal.html")
