@@ -12,12 +12,13 @@ from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .fit import covariance
-from .objective import cost_of, region_of
+from .methods.registry import method_named
+from .objective import task_of
 from .quality import Evidence, judge
 from .refine import Refined, best_start, misfit_of_views, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
-from .search import Found, search
+from .search import Found
 from .spec import CalibrationSpec
 from .straightness import Floats, residuals
 
@@ -115,9 +116,12 @@ def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
 
 
 def _search(scene: Scene, spec: CalibrationSpec) -> Found:
-    """Algorithm 1 over the article's region, lambda bounded by the visible content."""
-    cost, region = cost_of(scene, spec), region_of(scene)
-    return search(cost, region, spec.samples, spec.epsilon, spec.max_rounds)
+    """What the method finds in the article's region, lambda bounded by the visible content."""
+    return method_named(spec.method).solve(task_of(scene, spec))
+
+
+def _entropy(spec: CalibrationSpec, found: Found) -> float | None:
+    return found.cost if method_named(spec.method).measure is not None else None
 
 
 def _bare(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibration:
@@ -127,7 +131,7 @@ def _bare(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibration:
         "doubtful",
         ("not refined: the search alone cannot tell how good its answer is",),
         points=sum(len(view.edges) for view in scene.views),
-        entropy=found.cost,
+        entropy=_entropy(spec, found),
     )
     return _with_usable_radius(Calibration(model, None, scene.boundary, quality, _source(spec)))
 
@@ -176,8 +180,9 @@ def _calibration(
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
     evidence = _evidence(scene, refined, model, full, found.cost)
+    quality = replace(judge(evidence), entropy=_entropy(spec, found))
     calibration = _with_usable_radius(
-        Calibration(model, uncertainty, scene.boundary, judge(evidence), _source(spec))
+        Calibration(model, uncertainty, scene.boundary, quality, _source(spec))
     )
     return calibration, Workings(scene, found, refined, full, evidence)
 

@@ -1,12 +1,13 @@
-"""What Algorithm 1 minimises over a scene, and where it looks."""
+"""What a method is given of a scene: where to look, and what Algorithm 1 minimises there."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .edges import sobel_gradients
-from .measures import NamedMeasure, measure_named
-from .refine import View, reach_of
+from ..errors import UsageError
+from .methods.registry import HEWG, method_named
+from .methods.task import MOST_POINTS, Task
+from .refine import reach_of
 from .scene import Scene
 from .search import Measure, Region
 from .spec import CalibrationSpec
@@ -18,16 +19,19 @@ MOST_VOTERS_FOR_START = 5_000
 SMALLEST_LAMBDA = -1e-7
 
 
+def task_of(scene: Scene, spec: CalibrationSpec) -> Task:
+    """Return what the method that ``spec`` names is given."""
+    most = MOST_VOTERS_FOR_START if spec.refine else MOST_POINTS
+    lines = _chosen(scene, spec)
+    return Task(scene.views, scene.square_size, region_of(scene), scene.prior, spec, lines, most)
+
+
 def cost_of(scene: Scene, spec: CalibrationSpec) -> Measure:
-    """Return what is minimised: the measure that ``spec`` names, averaged over the views."""
-    named = measure_named(spec.method)
-    most = min(named.most_points, MOST_VOTERS_FOR_START if spec.refine else named.most_points)
-    measures = [_measure(view, named, most, spec.sobel, scene.square_size) for view in scene.views]
+    """Return the entropy that is minimised, averaged over the views.
 
-    def cost(lams: Floats, xs: Floats, ys: Floats) -> Floats:
-        return np.mean([measure(lams, xs, ys) for measure in measures], axis=0)
-
-    return cost
+    HEwG's where the method that ``spec`` names minimises none.
+    """
+    return (method_named(spec.method).measure or HEWG).over(task_of(scene, spec))
 
 
 def region_of(scene: Scene) -> Region:
@@ -38,13 +42,15 @@ def region_of(scene: Scene) -> Region:
     return Region((-1 / reach**2, SMALLEST_LAMBDA), (x - dx, x + dx), (y - dy, y + dy))
 
 
-def _measure(
-    view: View, named: NamedMeasure, most: int, sobel: int, size: tuple[float, float]
-) -> Measure:
-    """The measure over a view's edge points, at most ``most`` of them, drawn evenly."""
-    edges = view.edges
-    gradients = sobel_gradients(view.grey, edges.points, sobel)
-    if len(edges) > most:
-        chosen = np.random.default_rng(0).permutation(len(edges))[:most]
-        edges, gradients = edges.take(chosen), gradients[chosen]
-    return named.prepare(edges.points, gradients, size)
+def _chosen(scene: Scene, spec: CalibrationSpec) -> list[Floats] | None:
+    """The chosen lines in square pixels."""
+    if spec.lines is None:
+        return None
+    w, h = scene.size
+    for number, line in enumerate(spec.lines, 1):
+        for x, y in line:
+            if not (0 <= x <= w - 1 and 0 <= y <= h - 1):
+                raise UsageError(
+                    f"--lines: line {number} leaves the {w}x{h} px picture at {x:g},{y:g}"
+                )
+    return [np.array(line) * (spec.pixel_aspect, 1.0) for line in spec.lines]

@@ -10,7 +10,7 @@ from .spec import CalibrationSpec
 
 # Fields of CalibrationSpec that are kept under names of their own: in Source and in the model.
 ELSEWHERE = ("method", "refine", "model", "pixel_aspect")
-RECORDED = ("center", "samples", "epsilon", "max_rounds", "center_region", "sobel", "roi")
+RECORDED = ("center", "samples", "epsilon", "max_rounds", "center_region", "sobel", "roi", "lines")
 
 
 def options_of(spec: CalibrationSpec) -> dict[str, Any]:

@@ -8,19 +8,25 @@ from ..errors import UsageError
 
 MODELS = ("division", "division2")
 
+# The methods that take lines which somebody chose.
+METHODS_OF_LINES = ("wang", "htrdc")
+
 Center = str | tuple[float, float]
+# Each line as its points (x, y), px of the frame.
+Lines = tuple[tuple[tuple[float, float], ...], ...]
 
 
 @dataclass(frozen=True)
 class CalibrationSpec:
     """How to calibrate.
 
-    ``method`` is a name in the registry of measures; ``refine`` turns the plumb-line refinement on.
+    ``method`` is a name in the registry of methods; ``refine`` turns the plumb-line refinement on.
     ``center`` is "free" (searched), "image" (the frame's centre) or an (x, y) in px to keep.
     ``samples`` per axis of Algorithm 1 and ``epsilon``, the range of lambda in px^-2 at which it stops, are
     the article's. ``sobel`` is the size in px of the mask that gives the gradients that vote. ``roi`` is
     (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
-    ``pixel_aspect`` is a pixel's width over its height. Raises UsageError for values that make no sense.
+    ``pixel_aspect`` is a pixel's width over its height. ``lines`` are lines that somebody chose in the
+    picture, for the methods that take some. Raises UsageError for values that make no sense.
     """
 
     method: str = "hewg"
@@ -34,6 +40,7 @@ class CalibrationSpec:
     roi: tuple[int, int, int, int] | None = None
     model: str = "division"
     pixel_aspect: float = 1.0
+    lines: Lines | None = None
 
     def __post_init__(self) -> None:
         if self.samples < 3:
@@ -48,3 +55,8 @@ class CalibrationSpec:
             raise UsageError(f"--pixel-aspect {self.pixel_aspect:g}: a positive number is needed")
         if self.roi is not None and (min(self.roi[2:]) < 1 or min(self.roi[:2]) < 0):
             raise UsageError("--roi: X,Y from 0 and a width and height of at least 1 px are needed")
+        if self.lines is not None:
+            if self.method not in METHODS_OF_LINES:
+                raise UsageError(f"--lines goes with --method {' or '.join(METHODS_OF_LINES)}")
+            if not self.lines or min(len(line) for line in self.lines) < 3:
+                raise UsageError("--lines: at least one line is needed, of 3 points or more each")

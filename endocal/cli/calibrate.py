@@ -17,6 +17,7 @@ EXAMPLES = (
     "endocal calibrate board.png -o cal.toml",
     "endocal calibrate board.png -o cal.toml --report cal.html",
     "endocal calibrate board.png -o cal.toml --json | jq .model",
+    "endocal calibrate board.png -o wang.toml --method wang --lines lines.txt --no-refine",
     "endocal calibrate board.png -o - | endocal correct in.mp4 -o out.mp4 -c -",
 )
 
@@ -34,8 +35,8 @@ def command(
     method: Annotated[
         str,
         typer.Option(
-            metavar="NAME",
-            help="The article's measure that the search minimises: hewg, heplp, hewog, ht1d or cht.",
+            metavar="hewg|heplp|hewog|ht1d|cht|htrdc|wang|corners",
+            help="How the model is found: the article's methods; endocal compare sets them side by side.",
         ),
     ] = "hewg",
     model: Annotated[
@@ -67,6 +68,15 @@ def command(
             show_default=False,
         ),
     ] = None,
+    lines: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Lines that you chose, for the methods wang and htrdc: a point x y a row, in px, an empty"
+            " row after each line; - is stdin.",
+            show_default=False,
+        ),
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write the file even where the verdict is failed.")
     ] = False,
@@ -79,7 +89,7 @@ def command(
     model, its uncertainty and a verdict: good, doubtful (with reasons) or failed (exit 1, no file).
     """
     from ..calibration.spec import CalibrationSpec
-    from ..files import check_output, save
+    from ..files import check_output, read_lines, save
     from ..jobs.calibrate import report_files
     from ..jobs.show import as_data
 
@@ -101,6 +111,7 @@ def command(
         else (int(region[0]), int(region[1]), int(region[2]), int(region[3])),
         model=model,
         pixel_aspect=pixel_aspect,
+        lines=None if lines is None else read_lines(lines),
     )
     report = report_files(images, spec)
     calibration = report.calibration

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .atomic import atomic_output, check_output
+from .lines import read_lines
 from .toml import dumps, load, loads, save
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ __all__ = [
     "load",
     "loads",
     "read_image",
+    "read_lines",
     "read_picture_bytes",
     "save",
     "upright",

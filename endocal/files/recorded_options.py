@@ -50,6 +50,16 @@ def _read_roi(section: Section, key: str) -> tuple[int, int, int, int]:
     return x, y, width, height
 
 
+def _read_lines(section: Section, key: str) -> tuple[tuple[tuple[float, float], ...], ...]:
+    value = section.get(key)
+    try:
+        return tuple(tuple((float(x), float(y)) for x, y in line) for line in value)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{section.name(key)} must be a list of lines, each a list of points [x, y] in px"
+        ) from None
+
+
 # Option -> how its value is read. The names are those of CalibrationSpec's fields.
 _READERS: dict[str, Callable[[Section, str], Any]] = {
     "center": _read_center,
@@ -59,4 +69,5 @@ _READERS: dict[str, Callable[[Section, str], Any]] = {
     "center_region": Section.number,
     "sobel": Section.integer,
     "roi": _read_roi,
+    "lines": _read_lines,
 }

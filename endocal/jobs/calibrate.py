@@ -11,7 +11,7 @@ from ..calibration.calibrate import Workings, calibrate_jointly
 from ..calibration.recorded import options_of
 from ..calibration.result import Calibration, Source, SourceImage
 from ..calibration.spec import CalibrationSpec
-from ..errors import CalibrationError, InputError
+from ..errors import CalibrationError, InputError, UsageError
 from ..files import decode_image, read_picture_bytes
 from ..files.images import Picture
 from ..files.names import shown
@@ -45,6 +45,8 @@ def report_files(
     The calibration names its pictures and their SHA-256; its verdict may be "failed". Raises InputError,
     naming the file, for one that cannot be used, and CalibrationError where no line is found.
     """
+    if spec.lines is not None and len(paths) > 1:
+        raise UsageError("--lines are those of one picture: give one")
     contents = [read_picture_bytes(path) for path in paths]
     images = [decode_image(data, str(path)) for data, path in zip(contents, paths, strict=True)]
     for path, image in zip(paths[1:], images[1:], strict=True):

@@ -13,6 +13,7 @@ from scipy.ndimage import median_filter
 from ..boundary.content import content_radius
 from ..calibration.calibrate import Workings
 from ..calibration.fit import robust_sigma
+from ..calibration.methods.registry import method_named
 from ..calibration.quality import ROUGH
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
@@ -247,10 +248,16 @@ def _sureness(calibration: Calibration, workings: Workings, placing: p.Html) -> 
 
 def _search(calibration: Calibration, study: Study) -> p.Html:
     workings, spec, model = study.workings, study.spec, calibration.model
+    method = method_named(spec.method)
     words = (
         f"The search minimises the entropy of the edge points' votes ({spec.method}): the fewer places"
         " they agree on, the straighter the lines. "
     )
+    if method.measure is None:
+        words = (
+            f"The method {spec.method} ({method.title}) takes the place of the search; what is drawn is the"
+            " entropy of the edge points' votes (hewg) all the same. "
+        )
     words += (
         "It finds a start; the refinement on the lines themselves gives the result."
         if workings.refined is not None

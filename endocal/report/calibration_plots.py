@@ -23,7 +23,7 @@ from .sureness import parameters, placing_sigma
 # Samples of the entropy along lambda, and along each side of the centre's region; fewer where the measure
 # is slow.
 _CURVE, _MAP, _SLOW_MAP = 121, 33, 13
-_FAST = ("hewg", "ht1d")
+_SLOW = ("heplp", "hewog", "cht")
 # How much finer the map of the entropy is drawn.
 _ENLARGED = 6
 # Columns of the map of residuals over the frame; a cell with fewer points than this stays empty.
@@ -161,7 +161,7 @@ def entropy_over_center(workings: Workings, spec: CalibrationSpec, model: Divisi
     """Return the search's entropy over the centre, lambda being the model's."""
     scene, found, params = workings.scene, workings.found.params, parameters(model)
     region, cost = region_of(scene), cost_of(scene, spec)
-    n = _MAP if spec.method in _FAST else _SLOW_MAP
+    n = _SLOW_MAP if spec.method in _SLOW else _MAP
     margin = 0.15 * np.array([np.ptp(region.x), np.ptp(region.y)])
     xs, ys = (
         np.linspace(min(low, params[1 + i]) - margin[i], max(high, params[1 + i]) + margin[i], n)

@@ -22,6 +22,7 @@ UNUSUAL: dict[str, Any] = {
     "center_region": 0.2,
     "sobel": 15,
     "roi": (10, 20, 300, 200),
+    "lines": (((1.5, 2.0), (30.0, 4.25), (60.0, 8.0)), ((5.0, 9.0), (6.0, 40.0), (8.0, 70.0))),
 }
 
 
@@ -34,7 +35,7 @@ def recorded(spec: CalibrationSpec) -> Calibration:
 
 @pytest.mark.parametrize("name", UNUSUAL)
 def test_an_option_comes_back_through_the_file(name: str) -> None:
-    spec = CalibrationSpec(**{name: UNUSUAL[name]})
+    spec = CalibrationSpec(method="wang", **{name: UNUSUAL[name]})
     text = dumps(recorded(spec))
     found = loads(text)
     assert isinstance(found, Calibration)

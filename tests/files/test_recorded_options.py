@@ -27,6 +27,8 @@ options = {options}
         ("{ sobel = 3.5 }", "[source] options: sobel is 3.5; it must be a whole number"),
         ("{ center = 3 }", "[source] options: center is 3; it must be two numbers"),
         ("{ roi = [1, 2, 3] }", "[source] options: roi is '[1, 2, 3]'; it must be [x, y, width"),
+        ("{ lines = [[[1, 2], [3]]] }", "[source] options: lines must be a list of lines"),
+        ("{ lines = 3 }", "[source] options: lines must be a list of lines"),
         ("{ epsilon = nan }", "[source] options: epsilon is nan; it must be a finite number"),
     ],
 )
