@@ -83,7 +83,7 @@ class RemapReport:
 def run(size: tuple[int, int] = SIZE, device: str = "auto", repeats: int = REPEATS) -> RemapReport:
     """Time endocal and its peers in turn, ``repeats`` times (by tens), on frames of white noise.
 
-    Raises DeviceError where the device does not exist.
+    Raises UsageError where the device does not exist.
     """
     bench = _Bench(size, device)
     pairs = [

@@ -59,7 +59,7 @@ class Table4Report:
 
 
 def run(device: str = "auto", repeats: int = REPEATS) -> Table4Report:
-    """Time bilinear correction of colour frames; raises DeviceError where the device does not exist."""
+    """Time bilinear correction of colour frames; raises UsageError where the device does not exist."""
     rows, name = [], ""
     for size, article in ARTICLE.items():
         layout = frame_layout(PIX_FMT, size, full_range=True)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, OutputError
 from .atomic import atomic_output
+from .decoder_words import damage_in, decoder_words
 from .names import PathLike, shown
 from .picture_header import SIGNATURE_BYTES, known_kind, read_header
 
@@ -45,8 +46,12 @@ _ENCODERS: dict[str, list[int]] = {
     ".bmp": [],
 }
 _DEEP = (".png", ".tif", ".tiff")
+# BMP files: their fourth channel is mostly left empty, which would make all of the picture transparent.
+_OPAQUE = b"BM"
 
 PICTURE_SUFFIXES = tuple(_ENCODERS)
+# The kinds that hold transparency too.
+ALPHA_SUFFIXES = _DEEP
 
 
 def read_image(path: PathLike) -> Picture:
@@ -81,8 +86,11 @@ def read_picture_bytes(path: PathLike) -> bytes:
     return data
 
 
-def decode_image(data: bytes, name: str = "<picture>") -> Picture:
-    """Decode the bytes of a picture file, as ``read_image`` does; ``name`` is what errors call it."""
+def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False) -> Picture:
+    """Decode the bytes of a picture file, as ``read_image`` does; ``name`` is what errors call it.
+
+    With ``keep_alpha`` a picture that has transparency comes as (h, w, 4) BGRA.
+    """
     if not data:
         raise InputError(f"{name}: is empty")
     try:
@@ -98,17 +106,24 @@ def decode_image(data: bytes, name: str = "<picture>") -> Picture:
         raise InputError(f"{name}: {size} px is too small to be a picture of anything")
     if header.damage:
         raise InputError(f"{name}: {header.damage}")
+    flags = cv2.IMREAD_UNCHANGED if keep_alpha else _READ
     try:
-        image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), _READ)
+        with decoder_words() as words:
+            image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (cv2.error, MemoryError):
         image = None
+    damage = damage_in(words)
+    if damage is not None:
+        raise InputError(f"{name}: is damaged in the middle ({damage}): take another copy of it")
     if image is None:
         raise InputError(
             f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read"
         )
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{name}: has {image.dtype} pixels; 8 or 16 bit a channel are read")
-    return _without_alpha(image)
+    if keep_alpha and image.ndim == 3 and image.shape[2] == 4 and not data.startswith(_OPAQUE):
+        return np.ascontiguousarray(image)
+    return without_alpha(image)
 
 
 def upright(image: Picture, data: bytes) -> Picture:
@@ -151,7 +166,8 @@ def write_image(path: PathLike, image: Picture, overwrite: bool = False) -> None
         temporary.write_bytes(data)
 
 
-def _without_alpha(image: Any) -> Picture:
+def without_alpha(image: Any) -> Picture:
+    """Return a picture without its transparency, if it has any."""
     if image.ndim == 3 and image.shape[2] == 4:
         image = image[:, :, :3]
     elif image.ndim == 3 and image.shape[2] in (1, 2):

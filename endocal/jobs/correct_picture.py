@@ -19,7 +19,7 @@ from ..files import (
     upright,
     write_image,
 )
-from ..files.images import PICTURE_SUFFIXES, Picture
+from ..files.images import ALPHA_SUFFIXES, PICTURE_SUFFIXES, Picture, without_alpha
 from ..files.names import shown
 from ..remap.remapper import Remapper
 from .correct import CorrectionReport, CorrectionSpec, input_name, output_name
@@ -28,6 +28,7 @@ from .pipe import PIPE, PipeInput, PipeOutput
 
 # A picture on a pipe has no suffix to name its kind.
 _PIPE_SUFFIX = ".png"
+_OPAQUE = {"uint8": 255, "uint16": 65535}
 
 
 def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -> CorrectionReport:
@@ -36,7 +37,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     _check(spec)
     name = input_name(spec)
     data = read_picture_bytes(source) if isinstance(source, str) else source.read()
-    image = decode_image(data, name)
+    image, lost = _decode(data, spec, name)
     size = (image.shape[1], image.shape[0])
     lens, note = fit_lens(lens, size, None, shown(spec.calibration))
     models = model_source(lens, spec.lookup, spec.assume_diameter)
@@ -65,8 +66,17 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
         device=remapper.device_name,
         zoom=dict(models.sources),
         diameters=models.diameters,
-        notes=(note,) if note else (),
+        notes=tuple(filter(None, (note, lost))),
     )
+
+
+def _decode(data: bytes, spec: CorrectionSpec, name: str) -> tuple[Picture, str | None]:
+    """Return the picture, with its transparency where the output holds it, and a note where it does not."""
+    image = decode_image(data, name, keep_alpha=True)
+    suffix = _PIPE_SUFFIX if spec.output == PIPE else Path(spec.output).suffix.lower()
+    if image.ndim == 2 or image.shape[2] == 3 or suffix in ALPHA_SUFFIXES:
+        return image, None
+    return without_alpha(image), f"{suffix} holds no transparency: it is left out; .png keeps it"
 
 
 def _check(spec: CorrectionSpec) -> None:
@@ -98,17 +108,21 @@ def check_picture_output(spec: CorrectionSpec) -> None:
 
 
 def _luma(image: Picture) -> Picture:
-    grey: Any = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    colour = without_alpha(image)
+    grey: Any = colour if colour.ndim == 2 else cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
     return grey
 
 
 def _beside(left: Picture, right: Picture) -> Picture:
     """Put two pictures side by side, the lower one with black below it."""
     height = max(left.shape[0], right.shape[0])
-    padded = [
+    beside = [
         np.pad(p, ((0, height - p.shape[0]), *((0, 0),) * (p.ndim - 1))) for p in (left, right)
     ]
-    return np.hstack(padded)
+    for picture, padded in zip((left, right), beside, strict=True):
+        if padded.ndim == 3 and padded.shape[2] == 4:
+            padded[picture.shape[0] :, :, 3] = _OPAQUE[padded.dtype.name]
+    return np.hstack(beside)
 
 
 def write_picture(spec: CorrectionSpec, image: Picture) -> None:

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 from ..files import atomic_output
 from ..files.names import shown
 from ..remap.layout import supported
@@ -97,6 +97,11 @@ def correct_video(
                 warnings = _warnings(reader, writer)
                 if spec.strict and warnings:
                     raise InputError(f"{name}: {'; '.join(warnings)} (--strict)")
+                due = whole.frames_for(reader.decoded)
+                if feed is None and writer.frames != due:
+                    raise OutputError(
+                        f"{output_name(spec)}: {writer.frames} frames came out where {due} are due"
+                    )
         return CorrectionReport(
             input=name,
             output=output_name(spec),
@@ -116,6 +121,7 @@ def correct_video(
                 *notes,
                 *(note for eye in eyes for note in eye.notes),
                 *whole.notes(),
+                *(f"{what} in the frames cannot be kept and is left out" for what in info.extras),
                 *writer.notes,
             ),
             warnings=tuple(warnings),
@@ -204,7 +210,7 @@ def _expected(info: StreamInfo) -> int | None:
 def _warnings(reader: VideoReader, writer: VideoWriter) -> list[str]:
     """Say what was wrong with the input, once it has been read to its end."""
     warnings = []
-    declared = reader.info.frames
+    declared = reader.declared
     if reader.damaged:
         warnings.append(f"{reader.damaged} damaged packets could not be decoded")
     if reader.corrupt:

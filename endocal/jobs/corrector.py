@@ -90,7 +90,7 @@ class Corrector:
         aspect = info.sample_aspect
         if geometry.pixel_aspect != (1.0 if aspect is None else float(aspect)):
             aspect = Fraction(geometry.pixel_aspect).limit_denominator(1000)
-        self.picture = OutputPicture(size, info.pix_fmt, aspect)
+        self.picture = OutputPicture(size, info.pix_fmt, aspect, size_asked=spec.size is not None)
 
     @property
     def device(self) -> str:

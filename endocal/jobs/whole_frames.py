@@ -41,6 +41,10 @@ class WholeFrames:
         items = self._reader.items()
         return items if self._deinterlacer is None else self._deinterlacer.apply(items)
 
+    def frames_for(self, decoded: int) -> int:
+        """Return how many frames come out of so many decoded ones."""
+        return 2 * decoded if self._mode == "field" else decoded
+
     def notes(self) -> Iterator[str]:
         """Say what was done, once all items have been read."""
         what = f"combed, {_ORDER_NAMES[self._order]}" if self._order else "flagged as interlaced"

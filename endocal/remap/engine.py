@@ -42,7 +42,7 @@ class FrameRemapper:
 
     ``interpolation`` is nearest, bilinear, bicubic or lanczos. ``device`` is ``auto`` (the best OpenCL
     device), ``numpy``, part of an OpenCL device's name, or its number as ``P:D``. Calls from several
-    threads take turns. Raises DeviceError where the device does not exist; it never takes another.
+    threads take turns. Raises UsageError where the device does not exist; it never takes another.
     """
 
     def __init__(

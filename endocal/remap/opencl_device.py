@@ -10,7 +10,7 @@ from importlib import resources
 
 import pyopencl as cl
 
-from ..errors import DeviceError
+from ..errors import DeviceError, UsageError
 from .pocl_linker import provide_linker
 from .pocl_processor import name_unknown_processor
 
@@ -71,8 +71,8 @@ def choose_device(name: str) -> tuple[ListedDevice, str]:
 
     ``auto`` takes what PYOPENCL_CTX names, where that is set (pyopencl's own convention: platform and
     device, each a number or part of a name, with a colon between); else a GPU before an accelerator before
-    a CPU, and of one kind the one with the most compute units. Raises DeviceError, naming what exists,
-    where none fits; there is no fallback.
+    a CPU, and of one kind the one with the most compute units. Raises UsageError, naming what exists, for a
+    name that none has, and DeviceError where there is none for ``auto``; there is no fallback.
     """
     devices = list_devices()
     if not devices:
@@ -90,7 +90,8 @@ def choose_device(name: str) -> tuple[ListedDevice, str]:
     if fitting:
         return fitting[0], reason
     known = ", ".join(f"{entry.address} ({entry.name})" for entry in devices)
-    raise DeviceError(f"no OpenCL device matches {asked}; there are {known}, and numpy")
+    error = DeviceError if name == "auto" else UsageError
+    raise error(f"no OpenCL device matches {asked}; there are {known}, and numpy")
 
 
 def _is_part(name: str, entry: ListedDevice) -> bool:

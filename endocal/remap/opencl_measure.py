@@ -120,7 +120,7 @@ def kernel_speed(
 ) -> KernelSpeed:
     """Time the kernels alone, without the planes' way to the device and back.
 
-    The view is the frame's own. Raises DeviceError where the device does not exist.
+    The view is the frame's own. Raises UsageError where the device does not exist.
     """
     listed, _ = choose_device(device)
     opened = session(listed)

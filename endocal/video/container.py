@@ -9,12 +9,17 @@ import av
 import av.container
 import av.stream
 
+from .frames import has_luma_plane
+
 _MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
 # Containers that never refuse a codec, but whose readers know these only.
 _READABLE = {
     "mpegts": {"h264", "hevc", "mpeg2video", "mpeg1video", "mpeg4"},
     "yuv4mpegpipe": {"rawvideo"},
     "avi": {"h264", "mpeg4", "mjpeg", "ffv1", "rawvideo", "mpeg2video", "mpeg1video", "huffyuv"},
+    "ogg": {"theora", "vp8"},
+    "ogv": {"theora", "vp8"},
+    "rawvideo": {"rawvideo"},
 }
 # Tags of the MP4 family's own vocabulary. Others only travel in QuickTime's keyed form.
 _MOV_TAGS = {
@@ -40,11 +45,18 @@ class ContainerKind:
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def takes_codec(self, encoder: str) -> bool:
-        """Tell whether video from the named encoder goes into this container."""
+    @property
+    def shown(self) -> str:
+        """The name that people give it."""
+        return {"yuv4mpegpipe": "y4m"}.get(self.name, self.name)
+
+    def takes_codec(self, encoder: str, pix_fmt: str = "") -> bool:
+        """Tell whether video from the named encoder, fed with ``pix_fmt``, goes into this container."""
         codec = av.Codec(encoder, "w").canonical_name
         if self.name in _READABLE:
             return codec in _READABLE[self.name]
+        if self.name == "matroska" and codec == "rawvideo" and not has_luma_plane(pix_fmt):
+            return False
         scratch = self._scratch()
         try:
             scratch.add_stream(encoder)
@@ -71,6 +83,11 @@ class ContainerKind:
         return self.name not in ("avi", "asf", "yuv4mpegpipe", "rawvideo", "mjpeg")
 
     @property
+    def describes_itself(self) -> bool:
+        """Whether a file of this kind can be opened and looked at with nothing but itself."""
+        return self.name != "rawvideo"
+
+    @property
     def counts_frames(self) -> bool:
         """Whether frames have no time but their number, from 0 on."""
         return self.name in ("avi", "yuv4mpegpipe", "h264", "hevc", "rawvideo", "mjpeg")
@@ -82,8 +99,8 @@ class ContainerKind:
 
         ``flows``: the output is a pipe, so that nothing can be put in later at its front.
         """
-        # Nothing is shifted to begin at zero.
-        options = {"avoid_negative_ts": "disabled"}
+        # Nothing is shifted to begin at zero, except where a time below zero cannot be written at all.
+        options = {} if self.name == "nut" else {"avoid_negative_ts": "disabled"}
         if self.name in _MOV:
             if time_base.numerator == 1:
                 options["video_track_timescale"] = str(time_base.denominator)

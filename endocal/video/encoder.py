@@ -20,7 +20,13 @@ _FAMILY = {
     "prores": "prores_ks",
     "mjpeg": "mjpeg",
     "rawvideo": "rawvideo",
+    "vp8": "libvpx-vp9",
+    # Screen captures and intermediates.
+    **{name: name for name in ("huffyuv", "ffvhuff", "utvideo", "qtrle", "png", "v210")},
 }
+# What loses nothing is to lose nothing on, in containers that are for keeping.
+_LOSSLESS = ("ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "qtrle", "png", "v210", "gif")
+_ARCHIVES = ("matroska", "mov", "avi", "nut")
 # Tried in this order where the family's encoder has no such pixel format or the container refuses it.
 _FALLBACKS = ("libx264", "libx264rgb", "libx265", "libvpx-vp9", "libsvtav1", "ffv1", "rawvideo")
 
@@ -38,6 +44,7 @@ _X26_PRESETS = (
     *("ultrafast", "superfast", "veryfast", "faster", "fast", "medium"),
     *("slow", "slower", "veryslow", "placebo"),
 )
+_WITH_PRESETS = ("libx26", "libsvtav1", "h264_", "hevc_", "av1_")
 # Unless a preset is asked for: quick enough to keep up with surgery video, and slim. Every frame that x264
 # looks ahead takes 14 MB at 1080p; this keeps the whole job under 350 MiB there, for a sixth more bytes.
 _X264 = {"preset": "veryfast", "bf": "0", "rc-lookahead": "3", "x264-params": "sync-lookahead=0"}
@@ -111,15 +118,17 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
     if choice.codec is not None:
         codec = _encoder(choice.codec)
         pix_fmt = _pixel_format(codec, source_format)
-        if not container.takes_codec(codec.name):
-            raise OutputError(f"a {container.name} file does not take {codec.canonical_name} video")
+        if not container.takes_codec(codec.name, pix_fmt or source_format):
+            raise OutputError(f"{container.shown} does not take {codec.canonical_name} video")
         if pix_fmt is None:
             raise OutputError(
                 f"{choice.codec} does not take {source_format}; choose one of its formats with"
                 f" --pix-fmt: {', '.join(_format_names(codec)[:12])}"
             )
     else:
-        codec, pix_fmt = _closest(info.codec, source_format, container)
+        # Y4M is what recordings flow through, not what they are kept in.
+        is_flow = info.container == "yuv4mpegpipe"
+        codec, pix_fmt = _closest("" if is_flow else info.codec, source_format, container)
     return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr, container))
 
 
@@ -132,23 +141,28 @@ def _check_format(name: str) -> None:
 
 def _encoder(name: str) -> av.Codec:
     try:
-        return av.Codec(name, "w")
+        codec = av.Codec(name, "w")
     except (av.codec.codec.UnknownCodecError, RuntimeError) as error:
         raise UsageError(f"--codec {name}: no such encoder") from error
+    if codec.type != "video":
+        raise UsageError(f"--codec {name}: encodes {codec.type}, not video")
+    return codec
 
 
 def _closest(codec_name: str, pix_fmt: str, container: ContainerKind) -> tuple[av.Codec, str]:
     first = _FAMILY.get(codec_name, "libx264")
-    for name in (first, *(n for n in _FALLBACKS if n != first)):
+    then = ("ffv1",) if codec_name in _LOSSLESS and container.name in _ARCHIVES else ()
+    for name in dict.fromkeys((first, *then, *_FALLBACKS)):
         try:
             codec = av.Codec(name, "w")
         except av.codec.codec.UnknownCodecError:
             continue
         suited = _pixel_format(codec, pix_fmt)
-        if suited is not None and container.takes_codec(name):
+        if suited is not None and container.takes_codec(name, suited):
             return codec, suited
     raise OutputError(
-        f"no encoder takes {pix_fmt} video for a {container.name} file: choose another --pix-fmt"
+        f"no encoder takes {pix_fmt} video for {container.shown}: write .mkv or .mp4, or choose another"
+        " --pix-fmt or --codec"
     )
 
 
@@ -172,6 +186,8 @@ def _options(
 ) -> dict[str, str]:
     options = dict(_DEFAULTS.get(codec, {}))
     if choice.preset is not None:
+        if not codec.startswith(_WITH_PRESETS):
+            raise UsageError(f"--preset {choice.preset}: {codec} has no presets")
         if codec.startswith("libx26"):
             if choice.preset not in _X26_PRESETS:
                 raise UsageError(f"--preset {choice.preset}: {codec} has {', '.join(_X26_PRESETS)}")

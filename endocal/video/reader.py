@@ -120,17 +120,23 @@ class VideoReader:
     def others(self) -> list[av.stream.Stream]:
         """All streams but the one that is decoded, and those that a writer makes anew from metadata."""
         described = descriptions(self._container)
-        made_anew = set()
-        if "timecode" in self._stream.metadata:
-            made_anew.add("tmcd")
-        if self._container.chapters():
-            made_anew.add("text")
-        return [
-            s
-            for s in self._container.streams
-            if s.index != self._stream.index
-            and not (s.type == "data" and fourcc(described.get(s.index, "")) in made_anew)
-        ]
+        chapters = len(self._container.chapters())
+
+        def is_made_anew(stream: av.stream.Stream) -> bool:
+            kind = fourcc(described.get(stream.index, ""))
+            if kind == "tmcd":
+                return stream.type == "data" and "timecode" in self._stream.metadata
+            # The titles of the chapters; beside a timecode some files do not say that it is that.
+            is_titles = stream.type == "data" or stream.frames == chapters
+            return kind == "text" and chapters > 0 and is_titles
+
+        streams = self._container.streams
+        return [s for s in streams if s.index != self._stream.index and not is_made_anew(s)]
+
+    @property
+    def declared(self) -> int | None:
+        """The number of frames that the container declares; None where it does not, or counts gaps too."""
+        return None if self._is_without_times else self.info.frames
 
     def items(self) -> Iterator[Item]:
         """Yield decoded frames in presentation order, and between them the other streams' packets.

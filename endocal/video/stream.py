@@ -14,6 +14,15 @@ from av.sidedata.sidedata import Type as SideDataType
 
 CHROMA_LOCATIONS = ("left", "center", "topleft", "top", "bottomleft", "bottom")
 
+# Side data of frames that travels with no frame made anew, in words.
+_EXTRAS = {
+    SideDataType.A53_CC: "the text of closed captions",
+    SideDataType.STEREO3D: "the mark of two eyes in a frame",
+    SideDataType.SPHERICAL: "the mark of a spherical picture",
+    SideDataType.DYNAMIC_HDR_PLUS: "dynamic HDR10+ metadata",
+    SideDataType.DOVI_METADATA: "Dolby Vision metadata",
+}
+
 # Chromaticities are in 1/50000 and luminances in 1/10000 cd/m^2 in the encoders' notation.
 _CHROMATICITY_UNIT = 50000
 _LUMINANCE_UNIT = 10000
@@ -50,7 +59,8 @@ class StreamInfo:
     ``sample_aspect`` is a pixel's width over its height (None: not said); ``rate`` in frames per second;
     ``start`` and ``duration`` in seconds, and ``frames`` the number of frames that the container declares:
     None where it does not say. ``display_matrix`` is the container's 3x3 matrix in row order (16.16 and 2.30
-    fixed point), or None.
+    fixed point), or None. ``extras`` names what the first frame carries beside its pixels that no output
+    can be given.
     """
 
     index: int
@@ -69,6 +79,7 @@ class StreamInfo:
     hdr: HdrMetadata
     display_matrix: tuple[int, ...] | None
     interlaced: bool
+    extras: tuple[str, ...] = ()
 
     @property
     def full_range(self) -> bool:
@@ -110,6 +121,7 @@ def describe(
         hdr=_hdr(frame),
         display_matrix=_display_matrix(frame),
         interlaced=bool(frame.interlaced_frame),
+        extras=tuple(name for kind, name in _EXTRAS.items() if _side_data(frame, kind) is not None),
     )
 
 

@@ -19,26 +19,33 @@ import av.stream
 from ..errors import OutputError, UsageError
 from .access import reason
 from .container import ContainerKind
+from .copies import Copies
 from .encoder import EncoderChoice, settle
 from .frames import FramePool
+from .opening import open_encoder
 from .reader import Item, VideoReader
 from .stream import StreamInfo
-from .tags import container_tags, stream_tags
 from .verify import verify_video
 
 # The container flag by which every packet is passed on at once.
 _FLUSH_PACKETS = 0x0200
 # FFmpeg's numbers for the colour range: unspecified, limited, full.
 _RANGES = {None: 0, False: 1, True: 2}
+# A frame that moves by less has not moved, s.
+_UNSEEN_S = 0.001
 
 
 @dataclass(frozen=True)
 class OutputPicture:
-    """What the frames to be written look like: (width, height), pixel format and pixel aspect ratio."""
+    """What the frames to be written look like: (width, height), pixel format and pixel aspect ratio.
+
+    ``size_asked`` says that the size is the user's own choice.
+    """
 
     size: tuple[int, int]
     pix_fmt: str
     sample_aspect: Fraction | None
+    size_asked: bool = False
 
 
 class Writable(Protocol):
@@ -55,8 +62,8 @@ class VideoWriter:
     The frames have the source's time stamps and colour; ``frame()`` hands out frames to fill and ``write``
     takes them, and the other streams' packets, in the order in which the reader gave them. ``info`` is the
     source's, with its rate and time base as they come out. ``name`` is what messages call the output;
-    ``notes`` says in plain words what could not be kept; ``frames`` counts those written and ``dropped``
-    the damaged packets of other streams that no container takes.
+    ``notes`` says in plain words what could not be kept, once it is finished; ``frames`` counts those
+    written.
     Raises OutputError where the container or the encoder refuses.
     """
 
@@ -75,11 +82,10 @@ class VideoWriter:
         self.name = name
         self.notes: list[str] = []
         self.frames = 0
-        self.dropped = 0
         self._packets = 0
         self._first_pts: int | None = None
         self._last_pts: int | None = None
-        self._last_dts: dict[int, int] = {}
+        self._moved = 0.0
         self._path = target if isinstance(target, str) else None
         self._info = info
         self._pool = FramePool(picture.size, picture.pix_fmt)
@@ -92,8 +98,10 @@ class VideoWriter:
         self._time_base = 1 / info.rate if self._kind.counts_frames else info.time_base
         try:
             self._add_video(picture, choice)
-            self._copies = self._add_others(like, strip_metadata)
-            self._copy_tags(like, strip_metadata)
+            self._stream.disposition = like.stream.disposition
+            self._copies = Copies(self._container, self._kind, like, strip_metadata)
+            self._copies.copy_tags(self._stream)
+            self.notes += self._copies.notes
             self._container.container_options.update(
                 self._kind.options(
                     self._time_base,
@@ -121,6 +129,11 @@ class VideoWriter:
             self._abandon()
 
     @property
+    def dropped(self) -> int:
+        """How many damaged packets of other streams were left out, as no container takes them."""
+        return self._copies.dropped
+
+    @property
     def codec(self) -> str:
         """The encoder's name."""
         return self._stream.codec_context.codec.name
@@ -135,6 +148,7 @@ class VideoWriter:
             # Such a file begins at zero whatever the source did, and each frame is due at its number.
             seconds = (source.pts - self._first_pts) * self._info.time_base
             frame.pts = round(seconds / self._time_base)
+            self._moved = max(self._moved, abs(float(seconds - frame.pts * self._time_base)))
         frame.time_base = self._time_base
         frame.duration = round(source.duration * self._info.time_base / self._time_base)
         colour = self._info.colour
@@ -148,7 +162,7 @@ class VideoWriter:
         """Encode a frame from ``frame()``, or copy a packet of another stream."""
         with self._lock:
             if isinstance(item, av.Packet):
-                self._copy(item)
+                self._guard(partial(self._copies.write, item))
             else:
                 self._encode(item)
 
@@ -176,8 +190,15 @@ class VideoWriter:
             raise OutputError(
                 f"{self.name}: {self.frames} frames were encoded but {self._packets} came out"
             )
-        if self._path is not None and not self._kind.counts_frames:
-            verify_video(self._path, self.name, self.frames, self._seconds())
+        if self._moved > _UNSEEN_S:
+            self.notes.append(
+                f"{self._kind.shown} holds no times but a constant rate: frames moved by up to"
+                f" {self._moved * 1000:.0f} ms; .mp4 and .mkv keep the times"
+            )
+        if self._path is not None and self._kind.describes_itself:
+            # Where frames are counted, a gap is a frame too, and the duration follows from the count.
+            exact = not self._kind.counts_frames
+            verify_video(self._path, self.name, self.frames, self._seconds() if exact else None)
 
     def _seconds(self) -> float | None:
         """The time from the first frame's start to the last one's end."""
@@ -209,20 +230,25 @@ class VideoWriter:
     def _open(
         self, target: str | Writable, container_format: str | None
     ) -> av.container.OutputContainer:
+        what = "its suffix" if container_format is None else f"--format {container_format}"
+        refusal = UsageError(
+            f"{self.name}: {what} names no video file; use one such as .mp4, .mkv, .mov or .avi"
+        )
         try:
-            return av.open(
+            container = av.open(
                 "file:" + target if isinstance(target, str) else target,
                 mode="w",
                 format=container_format,
                 buffer_size=1 << 20,
             )
         except ValueError as error:
-            what = "its suffix" if container_format is None else f"--format {container_format}"
-            raise UsageError(
-                f"{self.name}: {what} names no video format; use one such as .mp4, .mkv, .mov or .avi"
-            ) from error
+            raise refusal from error
         except av.error.FFmpegError as error:
             raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
+        if container.format.no_file:
+            # Numbered pictures, playlists with their segments, devices: files of their own choosing.
+            raise refusal
+        return container
 
     def _add_video(self, picture: OutputPicture, choice: EncoderChoice) -> None:
         info = self._info
@@ -250,78 +276,7 @@ class VideoWriter:
         if info.display_matrix is not None:
             stream.set_display_matrix(info.display_matrix)
         self._stream = stream
-        self._open_encoder(stream)
-
-    def _open_encoder(self, stream: av.VideoStream) -> None:
-        context = stream.codec_context
-        level = av.logging.get_level()
-        av.logging.set_level(av.logging.ERROR)
-        try:
-            with av.logging.Capture() as messages:
-                context.open()
-        except av.error.FFmpegError as error:
-            why = messages[0][2].strip() if messages else reason(error)
-            raise OutputError(
-                f"{self.name}: {context.name} refuses frames of {context.width}x{context.height}"
-                f" {context.pix_fmt}: {why}"
-            ) from error
-        finally:
-            av.logging.set_level(level)
-        if context.options:
-            unknown = ", ".join(context.options)
-            raise UsageError(f"--codec-option {unknown}: {context.name} has no such option")
-
-    def _add_others(self, like: VideoReader, strip_metadata: bool) -> dict[int, av.stream.Stream]:
-        """Add a copy of each other stream; return them by the index of their source."""
-        copies: dict[int, av.stream.Stream] = {}
-        for source in like.others:
-            if strip_metadata and source.type in ("data", "attachment", "video"):
-                continue
-            if not self._kind.takes_stream(source):
-                what = " ".join(filter(None, (source.name, source.type)))
-                self.notes.append(
-                    f"stream {source.index} ({what}) does not fit into a {self._kind.name} file and is"
-                    " left out"
-                )
-                continue
-            copy = self._container.add_stream_from_template(source, opaque=True)
-            copy.disposition = source.disposition
-            copies[source.index] = copy
-        return copies
-
-    def _copy_tags(self, like: VideoReader, strip_metadata: bool) -> None:
-        if strip_metadata:
-            return
-        source = like.container
-        self._container.metadata.update(container_tags(source.metadata))
-        self._stream.metadata.update(stream_tags(like.stream.metadata))
-        for index, copy in self._copies.items():
-            copy.metadata.update(stream_tags(source.streams[index].metadata))
-        chapters = source.chapters()
-        if chapters:
-            self._container.set_chapters(chapters)
-
-    def _copy(self, packet: av.Packet) -> None:
-        copy = self._copies.get(packet.stream_index)
-        if copy is None:
-            return
-        if packet.dts is None:
-            packet.dts = packet.pts
-        last = self._last_dts.get(copy.index)
-        if packet.dts is not None:
-            if last is not None and packet.dts < last:
-                # Damage again; a container does not take a packet that goes back in time.
-                packet.dts = last
-                packet.pts = None if packet.pts is None else max(packet.pts, last)
-            self._last_dts[copy.index] = packet.dts
-        packet.stream = copy
-        try:
-            self._container.mux_one(packet)
-        except (av.error.InvalidDataError, av.error.ArgumentError, av.error.PatchWelcomeError):
-            # A damaged packet that the container cannot even repackage. The rest is worth having.
-            self.dropped += 1
-        except (av.error.FFmpegError, OSError) as error:
-            self._refuse(error)
+        open_encoder(context, choice, self.name, picture.size_asked)
 
     def _mux(self, packets: list[av.Packet]) -> None:
         for packet in packets:

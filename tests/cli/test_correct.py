@@ -58,23 +58,76 @@ def test_json_is_the_report_alone(endocal: Runner, tmp_path: Path, lens: str) ->
         (("--size", "64"), "is no size"),
         (("--codec-option", "tune"), "write KEY=VALUE"),
         (("--codec-option", "nosuch=1"), "has no such option"),
-        (("--format", "nosuch"), "names no video format"),
+        (("--format", "nosuch"), "names no video file"),
+        (("--format", "hls"), "names no video file"),
+        (("--format", "image2"), "names no video file"),
+        (("--device", "nosuch"), "no OpenCL device matches"),
+        (("--size", "63x47"), "give --size 62x46"),
+        (("--codec", "aac"), "encodes audio"),
     ],
 )
 def test_wrong_options(
     endocal: Runner, tmp_path: Path, lens: str, options: tuple[str, ...], words: str
 ) -> None:
     source, out = DELIVERY.make(tmp_path / "a.mp4"), tmp_path / "out.mp4"
-    done = endocal("correct", source, "-o", out, "-c", lens, "--device", "numpy", *options)
+    device = () if "--device" in options else ("--device", "numpy")
+    done = endocal("correct", source, "-o", out, "-c", lens, *device, *options)
     assert words in done.fails(2)
-    assert not out.exists()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mp4", "cal.toml"]
+
+
+@pytest.mark.parametrize("name", ["o.png", "o%03d.jpg", "o.m3u8", "o.mpd", "o", "o.toml"])
+def test_a_video_goes_into_one_video_file(
+    endocal: Runner, tmp_path: Path, lens: str, name: str
+) -> None:
+    source = DELIVERY.make(tmp_path / "a.mp4")
+    done = endocal("correct", source, "-o", tmp_path / name, "-c", lens, "--device", "numpy")
+    assert "use one such as .mp4, .mkv" in done.fails(2)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mp4", "cal.toml"]
 
 
 def test_an_encoder_that_refuses_says_why(endocal: Runner, tmp_path: Path, lens: str) -> None:
-    source, out = DELIVERY.make(tmp_path / "a.mp4"), tmp_path / "out.mp4"
-    done = endocal("correct", source, "-o", out, "-c", lens, "--device", "numpy", "--size", "63x47")
-    assert "libx264 refuses frames of 63x47" in done.fails(1)
-    assert not out.exists()
+    """The frames' own odd size is the recording's fault, not the command line's."""
+    source = Clip(frames=3, size=(63, 47)).make(tmp_path / "a.mkv")
+    odd = calibration(tmp_path / "odd.toml", -1.5e-4, (30.0, 25.0), (63, 47))
+    done = endocal(
+        *("correct", source, "-o", tmp_path / "out.mp4", "-c", odd, "--device", "numpy"),
+        *("--codec", "libx264"),
+    )
+    assert "libx264 does not take 63x47 frames in yuv420p" in done.fails(1)
+    assert not (tmp_path / "out.mp4").exists()
+
+
+def test_a_picture_keeps_its_transparency(endocal: Runner, tmp_path: Path) -> None:
+    """A column of alpha 0 goes where its colours go; outside the picture nothing shines through."""
+    lens = calibration(tmp_path / "cal.toml", -1.5e-4, (31.5, 23.5))
+    picture = np.full((48, 64, 4), 200, np.uint8)
+    picture[..., 3] = 255
+    picture[:, 28:36, 3] = 0
+    cv2.imwrite(str(tmp_path / "a.png"), picture)
+    for name in ("o.png", "o.tif"):
+        done = endocal("correct", tmp_path / "a.png", "-o", tmp_path / name, "-c", lens)
+        assert done.code == 0, done.err
+        out = cv2.imread(str(tmp_path / name), cv2.IMREAD_UNCHANGED)
+        assert out.shape == (48, 64, 4)
+        assert out[24, 32, 3] == 0
+        assert (out[[0, 0, -1, -1], [0, -1, 0, -1], 3] == 255).all()
+        assert "transparency" not in done.err
+    done = endocal("correct", tmp_path / "a.png", "-o", tmp_path / "o.jpg", "-c", lens)
+    assert done.code == 0
+    assert "note: .jpg holds no transparency" in done.err
+
+
+def test_a_picture_that_is_damaged_in_the_middle_is_refused_in_our_words(
+    endocal: Runner, tmp_path: Path, lens: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    noise = np.random.default_rng(2).integers(0, 255, (48, 64, 3)).astype(np.uint8)
+    data = cv2.imencode(".jpg", noise)[1].tobytes()
+    (tmp_path / "a.jpg").write_bytes(data[:2500] + data[2700:])
+    done = endocal("correct", tmp_path / "a.jpg", "-o", tmp_path / "o.png", "-c", lens)
+    assert "a.jpg: is damaged in the middle" in done.fails(1)
+    assert not (tmp_path / "o.png").exists()
+    assert capfd.readouterr().err == "", "libjpeg's own line is kept back"
 
 
 @pytest.mark.parametrize(("name", "options"), [("o.png", ()), ("o.jpg", ("--side-by-side",))])

@@ -138,7 +138,7 @@ def test_what_does_not_fit_into_the_container_is_told(tmp_path: Path) -> None:
     clip = replace(DELIVERY, subtitles=True)
     _, after, report = identity(tmp_path, clip, "a.mkv", out="a.mp4")
     assert after.types == ["video"]
-    assert report.notes == ("stream 1 (srt subtitle) does not fit into a mp4 file and is left out",)
+    assert report.notes == ("mp4 does not take stream 1 (srt subtitle), which is left out",)
 
 
 @pytest.mark.parametrize("colour", [(1, 1, 1, 1), (2, 5, 5, 6), (1, 9, 9, 16)])
@@ -212,3 +212,63 @@ def test_a_frame_rate_that_is_a_fraction_stays(tmp_path: Path) -> None:
     clip = replace(DELIVERY, rate=Fraction(30000, 1001))
     before, after, _ = identity(tmp_path, clip, "a.mp4")
     assert after.times == pytest.approx(before.times, abs=1e-9)
+
+
+def test_a_container_without_times_says_how_far_frames_moved(tmp_path: Path) -> None:
+    ticks = [40 * i + (15 if i % 3 else 0) for i in range(12)]
+    uneven = replace(DELIVERY, time_base=Fraction(1, 1000), pts=ticks)
+    _, after, report = identity(tmp_path, uneven, "a.mkv", out="a.avi")
+    assert len(after.frames) == 12
+    assert report.notes == (
+        "avi holds no times but a constant rate: frames moved by up to 15 ms; .mp4 and .mkv keep the times",
+    )
+    _, _, report = identity(tmp_path, DELIVERY, "b.mkv", out="b.avi")
+    assert report.notes == ()
+
+
+def test_a_gap_in_an_avi_is_no_damage(tmp_path: Path) -> None:
+    """The frames that it declares count the gap too; nothing is missing."""
+    gap = replace(DELIVERY, pts=[*range(5), *range(8, 15)])
+    _, after, report = identity(tmp_path, gap, "a.avi", out="a.mkv")
+    assert report.warnings == ()
+    assert after.times == pytest.approx([pts / 25 for pts in gap.pts or ()], abs=1e-3)
+
+
+def test_the_part_that_a_stream_plays_is_kept(tmp_path: Path) -> None:
+    """Default or not, and the language by the code that QuickTime has for it."""
+    from av.stream import Disposition
+
+    source = tmp_path / "a.mkv"
+    with av.open(str(source), "w") as out:
+        from tests.video.clips import Maker
+
+        maker = Maker(replace(DELIVERY, sounds=("deu", "fra")), out)
+        maker.video.disposition = Disposition.default | Disposition.original
+        maker.sounds[1].disposition = Disposition.comment
+        maker.run()
+    lens = calibration(tmp_path / "cal.toml")
+    for name, german in (("out.mkv", "deu"), ("out.mov", "ger")):
+        correct(CorrectionSpec(str(source), str(tmp_path / name), lens, device="numpy"))
+        with av.open(str(tmp_path / name)) as file:
+            assert [s.language for s in file.streams.audio] == [german, "fra"]
+            if name == "out.mkv":
+                assert file.streams.video[0].disposition == maker.video.disposition
+                assert file.streams.audio[1].disposition & Disposition.comment
+
+
+def test_the_titles_of_chapters_do_not_become_subtitles(tmp_path: Path) -> None:
+    """Corrected twice, a recording with chapters and a timecode has no more streams than at first."""
+    source = tmp_path / "a.mp4"
+    with av.open(str(source), "w") as out:
+        from tests.video.clips import Maker
+
+        maker = Maker(replace(DELIVERY, chapters=[(0, 0.2, "port"), (0.2, 0.48, "clip")]), out)
+        maker.video.metadata["timecode"] = "10:20:30:04"
+        maker.run()
+    lens = calibration(tmp_path / "cal.toml")
+    for before, after in (("a.mp4", "b.mp4"), ("b.mp4", "c.mp4")):
+        spec = CorrectionSpec(str(tmp_path / before), str(tmp_path / after), lens, device="numpy")
+        correct(spec)
+    found = contents(tmp_path / "c.mp4")
+    assert found.types == contents(source).types
+    assert found.chapters == contents(source).chapters

@@ -8,7 +8,7 @@ import sys
 import pyopencl as cl
 import pytest
 
-from endocal.errors import DeviceError
+from endocal.errors import DeviceError, UsageError
 from endocal.model import DivisionModel
 from endocal.remap import opencl_choice, opencl_device, pocl_processor
 from endocal.remap.engine import FrameRemapper
@@ -67,7 +67,7 @@ def test_a_name_means_the_device_that_it_fits(three_devices, name, address):
 
 @pytest.mark.parametrize("name", ["2:0", "1:2", "nvidia", "1"])
 def test_a_name_that_fits_none_is_refused_with_what_there_is(three_devices, name):
-    with pytest.raises(DeviceError, match=r"0:0 \(pthread-Ryzen\), 1:0 \(Arc A310\), .* and numpy"):
+    with pytest.raises(UsageError, match=r"0:0 \(pthread-Ryzen\), 1:0 \(Arc A310\), .* and numpy"):
         choose_device(name)
 
 

@@ -49,6 +49,13 @@ INFO = StreamInfo(
         ("h264", "yuv420p", "webm", "libvpx-vp9", "yuv420p"),
         ("rawvideo", "yuv420p", "yuv4mpegpipe", "rawvideo", "yuv420p"),
         ("h264", "yuv420p10le", "yuv4mpegpipe", "rawvideo", "yuv420p10le"),
+        ("rawvideo", "yuv420p", "mp4", "libx264", "yuv420p"),
+        ("rawvideo", "bgr0", "matroska", "ffv1", "bgr0"),
+        ("rawvideo", "rgb24", "matroska", "libx264rgb", "rgb24"),
+        ("png", "rgb24", "mov", "png", "rgb24"),
+        ("utvideo", "yuv422p", "avi", "ffv1", "yuv422p"),
+        ("vp8", "yuv420p", "webm", "libvpx-vp9", "yuv420p"),
+        ("h264", "yuv420p", "rawvideo", "rawvideo", "yuv420p"),
     ],
 )
 def test_the_closest_encoder(
@@ -57,6 +64,13 @@ def test_the_closest_encoder(
     info = replace(INFO, codec=codec, pix_fmt=pix_fmt)
     settings = settle(EncoderChoice(), info, ContainerKind(container))
     assert (settings.codec, settings.pix_fmt) == (encoder, fed)
+
+
+def test_what_came_as_y4m_is_encoded() -> None:
+    """Y4M carries a recording from one command to the next; kept raw it would fill the disk."""
+    flowing = replace(INFO, codec="rawvideo", container="yuv4mpegpipe")
+    assert settle(EncoderChoice(), flowing, ContainerKind("matroska")).codec == "libx264"
+    assert settle(EncoderChoice(), flowing, ContainerKind("yuv4mpegpipe")).codec == "rawvideo"
 
 
 def test_the_user_has_the_last_word() -> None:
@@ -85,6 +99,9 @@ def test_hdr_goes_to_the_encoder_in_its_own_words() -> None:
         (EncoderChoice(crf=99), "libx264 takes 0 to 51"),
         (EncoderChoice(preset="hasty"), "libx264 has ultrafast"),
         (EncoderChoice(codec="ffv1", crf=3), "has no constant quality"),
+        (EncoderChoice(codec="ffv1", preset="fast"), "has no presets"),
+        (EncoderChoice(codec="aac"), "encodes audio, not video"),
+        (EncoderChoice(codec="subrip"), "encodes subtitle, not video"),
     ],
 )
 def test_wrong_options_are_usage_errors(choice: EncoderChoice, words: str) -> None:
@@ -93,9 +110,9 @@ def test_wrong_options_are_usage_errors(choice: EncoderChoice, words: str) -> No
 
 
 def test_what_does_not_fit_is_refused() -> None:
-    with pytest.raises(OutputError, match="a webm file does not take h264"):
+    with pytest.raises(OutputError, match="webm does not take h264"):
         settle(EncoderChoice(codec="libx264"), INFO, ContainerKind("webm"))
     with pytest.raises(OutputError, match="does not take yuv422p"):
         settle(EncoderChoice(codec="mpeg4", pix_fmt="yuv422p"), INFO, ContainerKind("mp4"))
-    with pytest.raises(OutputError, match="no encoder takes gray16le video for a webm file"):
+    with pytest.raises(OutputError, match="no encoder takes gray16le video for webm"):
         settle(EncoderChoice(), replace(INFO, pix_fmt="gray16le"), ContainerKind("webm"))
