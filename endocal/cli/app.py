@@ -29,6 +29,17 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 # Set by the shell when it asks for completions; typer answers instead of running anything.
 _COMPLETION = "_ENDOCAL_COMPLETE"
 
+# The way from a picture to a corrected video, and what a script needs to know.
+_EPILOG = "\n\n".join(
+    (
+        "Examples:",
+        "endocal calibrate board.png -o cal.toml",
+        "endocal correct surgery.mp4 -o corrected.mp4 -c cal.toml",
+        "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted. Data goes to stdout, all else to"
+        " stderr; - is stdin or stdout. endocal COMMAND --help says more.",
+    )
+)
+
 DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
 
@@ -37,6 +48,7 @@ def build(names: Sequence[str] | None = None) -> typer.Typer:
     app = typer.Typer(
         add_completion=True,
         pretty_exceptions_enable=False,
+        epilog=_EPILOG,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback(invoke_without_command=True)(_root)
@@ -95,11 +107,18 @@ def _root(
 
 def _add(app: typer.Typer, panel: str, name: str) -> None:
     module = importlib.import_module(f".{name}", __package__)
-    examples = "\n\n".join(["Examples:", *module.EXAMPLES]) if hasattr(module, "EXAMPLES") else None
+    examples = _examples(getattr(module, "EXAMPLES", ()))
     if hasattr(module, "group"):
+        for command in module.group.registered_commands:
+            own = f"endocal {name} {command.name} "
+            command.epilog = _examples([e for e in module.EXAMPLES if f"{e} ".startswith(own)])
         app.add_typer(module.group, name=name, rich_help_panel=panel, epilog=examples)
     else:
         app.command(name, rich_help_panel=panel, epilog=examples)(module.command)
+
+
+def _examples(lines: Sequence[str]) -> str | None:
+    return "\n\n".join(["Examples:", *lines]) if lines else None
 
 
 def _invoke(args: Sequence[str]) -> int:
@@ -118,10 +137,12 @@ def _invoke(args: Sequence[str]) -> int:
     except typer.Abort:
         raise KeyboardInterrupt from None
     except SystemExit as exit_:
-        # typer turns a broken pipe into a bare exit 1.
-        if isinstance(exit_.__context__, BrokenPipeError):
-            raise exit_.__context__ from None
-        raise
+        # typer turns a broken pipe into a bare exit 1, and so does rich, which has let go of stdout then.
+        if not isinstance(exit_.__context__, BrokenPipeError):
+            raise
+        if _raised_in(exit_) == "rich.console":
+            return _end_quietly()
+        raise exit_.__context__ from None
     except Exception as error:
         message: Callable[[], str] | None = getattr(error, "format_message", None)
         if message is None:
@@ -181,6 +202,14 @@ def _stdout_is_closed() -> bool:
         return any(event & select.POLLERR for _, event in poll.poll(0))
     except (AttributeError, OSError, ValueError):
         return False
+
+
+def _raised_in(error: BaseException) -> str:
+    """Return the name of the module that raised an exception."""
+    trace, module = error.__traceback__, ""
+    while trace is not None:
+        module, trace = trace.tb_frame.f_globals.get("__name__", ""), trace.tb_next
+    return module
 
 
 def _end_quietly() -> int:

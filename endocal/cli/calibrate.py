@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import CalibrationError, UsageError
-from .options import Json, Output, Overwrite, note, parse_numbers, print_json
+from .options import (
+    METHODS,
+    MODELS,
+    Json,
+    Output,
+    Overwrite,
+    choices,
+    note,
+    parse_numbers,
+    print_json,
+)
 
 if TYPE_CHECKING:
     from ..calibration.result import Calibration
@@ -26,7 +36,7 @@ def command(
     images: Annotated[
         list[Path],
         typer.Argument(
-            metavar="IMAGE...",
+            metavar="IMAGE",
             help="A picture of the pattern; several of one lens at one setting are calibrated jointly.",
             show_default=False,
         ),
@@ -36,17 +46,26 @@ def command(
         str,
         typer.Option(
             metavar="hewg|heplp|hewog|ht1d|cht|htrdc|wang|corners",
+            autocompletion=METHODS,
             help="How the model is found: the article's methods; endocal compare sets them side by side.",
         ),
     ] = "hewg",
     model: Annotated[
-        str, typer.Option(metavar="NAME", help="division, or division2 (two parameters).")
+        str,
+        typer.Option(
+            metavar="NAME", autocompletion=MODELS, help="division, or division2 (two parameters)."
+        ),
     ] = "division",
     refine: Annotated[
         bool, typer.Option("--refine/--no-refine", help="Refine to sub-pixel after the search.")
     ] = True,
     center: Annotated[
-        str, typer.Option(metavar="free|image|X,Y", help="The distortion centre: sought or given.")
+        str,
+        typer.Option(
+            metavar="free|image|X,Y",
+            autocompletion=choices("free", "image"),
+            help="The distortion centre: sought or given.",
+        ),
     ] = "free",
     samples: Annotated[int, typer.Option(metavar="S", help="Samples per axis of the search.")] = 10,
     sobel: Annotated[

@@ -11,11 +11,18 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import UsageError
-from .options import Device, parse_size
+from .options import VIEWS, Device, choices, parse_size
 
 
-def _picture(*names: str, help: str, metavar: str | None = None) -> Any:
-    return typer.Option(*names, metavar=metavar, help=help, rich_help_panel="Picture")
+def _picture(
+    *names: str,
+    help: str,
+    metavar: str | None = None,
+    values: Callable[[str], list[str]] | None = None,
+) -> Any:
+    return typer.Option(
+        *names, metavar=metavar, help=help, autocompletion=values, rich_help_panel="Picture"
+    )
 
 
 def _encoding(*names: str, metavar: str, help: str) -> Any:
@@ -28,12 +35,18 @@ def file_option(*names: str, help: str, metavar: str | None = None) -> Any:
 
 
 Interpolation = Annotated[
-    str, _picture(metavar="NAME", help="nearest, bilinear, bicubic or lanczos.")
+    str,
+    _picture(
+        metavar="NAME",
+        values=choices("nearest", "bilinear", "bicubic", "lanczos"),
+        help="nearest, bilinear, bicubic or lanczos.",
+    ),
 ]
 View = Annotated[
     str,
     _picture(
         metavar="NAME",
+        values=VIEWS,
         help="same: centre at its own scale; crop: no blank pixel; full: all content.",
     ),
 ]
@@ -44,11 +57,18 @@ SideBySide = Annotated[bool, _picture("--side-by-side", help="Original left, cor
 Stereo = Annotated[
     str | None,
     _picture(
-        metavar="NAME", help="Two eyes in a frame: sbs (side by side) or tb (one below the other)."
+        metavar="NAME",
+        values=choices("sbs", "tb"),
+        help="Two eyes in a frame: sbs (side by side) or tb (one below the other).",
     ),
 ]
 Deinterlace = Annotated[
-    str, _picture(metavar="MODE", help="auto, off, frame (same rate), field (double rate).")
+    str,
+    _picture(
+        metavar="MODE",
+        values=choices("auto", "off", "frame", "field"),
+        help="auto, off, frame (same rate), field (double rate).",
+    ),
 ]
 Codec = Annotated[str | None, _encoding(metavar="NAME", help="Encoder; else the source's kind.")]
 Crf = Annotated[
@@ -63,7 +83,12 @@ CodecOption = Annotated[
     _encoding("--codec-option", metavar="KEY=VALUE", help="For the encoder; may be repeated."),
 ]
 Lookup = Annotated[
-    str, _picture(metavar="NAME", help="How a zoom table is read: auto, diameter, area.")
+    str,
+    _picture(
+        metavar="NAME",
+        values=choices("auto", "diameter", "area"),
+        help="How a zoom table is read: auto, diameter, area.",
+    ),
 ]
 AssumeDiameter = Annotated[
     float | None,

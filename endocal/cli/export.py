@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import UsageError
-from .options import Config, Json, Output, Overwrite, note, parse_size, print_json
+from .options import VIEWS, Config, Json, Output, Overwrite, choices, note, parse_size, print_json
 
 if TYPE_CHECKING:
     from ..jobs.export import ExportReport
@@ -22,7 +22,9 @@ EXAMPLES = (
 To = Annotated[
     str,
     typer.Option(
-        metavar="KIND", help="opencv, ros or gyroflow: a model; ffmpeg, stmap, npz: maps."
+        metavar="KIND",
+        autocompletion=choices("opencv", "ros", "gyroflow", "ffmpeg", "stmap", "npz"),
+        help="opencv, ros or gyroflow: a model; ffmpeg, stmap, npz: maps.",
     ),
 ]
 Diameter = Annotated[
@@ -47,14 +49,22 @@ Name = Annotated[
     str | None, typer.Option(metavar="NAME", help="The camera's name, for ros, gyroflow.")
 ]
 View = Annotated[
-    str, typer.Option(metavar="NAME", help="Maps: same, crop or full, as for correct.")
+    str,
+    typer.Option(
+        metavar="NAME", autocompletion=VIEWS, help="Maps: same, crop or full, as for correct."
+    ),
 ]
 Size = Annotated[str | None, typer.Option(metavar="WxH", help="Maps: size of the output, px.")]
 Scale = Annotated[
     float | None, typer.Option(metavar="S", help="Maps: magnification of the output.")
 ]
 Depth = Annotated[
-    int | None, typer.Option(metavar="BITS", help="stmap: 32 (floats, the default) or 16.")
+    int | None,
+    typer.Option(
+        metavar="BITS",
+        autocompletion=choices("16", "32"),
+        help="stmap: 32 (floats, the default) or 16.",
+    ),
 ]
 
 

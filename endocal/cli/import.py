@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..errors import UsageError
-from .options import Json, Output, Overwrite, note, parse_numbers, parse_size, print_json
+from .options import MODELS, Json, Output, Overwrite, note, parse_numbers, parse_size, print_json
 
 EXAMPLES = (
     "endocal import camera_info.yaml -o cal.toml",
@@ -19,7 +19,10 @@ File = Annotated[
     typer.Argument(metavar="FILE", help="OpenCV's YAML or JSON, ROS's camera_info; - is stdin."),
 ]
 Model = Annotated[
-    str, typer.Option(metavar="NAME", help="division, or division2 (two parameters).")
+    str,
+    typer.Option(
+        metavar="NAME", autocompletion=MODELS, help="division, or division2 (two parameters)."
+    ),
 ]
 Size = Annotated[
     str | None,

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from ..errors import UsageError
+
+
+def choices(*names: str) -> Callable[[str], list[str]]:
+    """Return what completes an option's value from these names, for the shell."""
+    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
+
+
+METHODS = choices("hewg", "heplp", "hewog", "ht1d", "cht", "htrdc", "wang", "corners")
+MODELS = choices("division", "division2")
+VIEWS = choices("same", "crop", "full")
 
 Config = Annotated[
     Path,
@@ -24,6 +35,7 @@ Device = Annotated[
     str,
     typer.Option(
         metavar="NAME",
+        autocompletion=choices("auto", "numpy"),
         help="auto, numpy, part of an OpenCL device's name, or PLATFORM:DEVICE; see endocal devices.",
     ),
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import UsageError
-from .options import Json, Overwrite, note, parse_numbers, parse_size, print_json
+from .options import Json, Overwrite, choices, note, parse_numbers, parse_size, print_json
 from .progress import progress_bar
 
 EXAMPLES = (
@@ -23,8 +24,15 @@ group = typer.Typer(
 )
 
 
-def _option(help: str, metavar: str | None = None, name: str | None = None) -> Any:
-    return typer.Option(*([name] if name else []), metavar=metavar, help=help)
+def _option(
+    help: str,
+    metavar: str | None = None,
+    name: str | None = None,
+    values: Callable[[str], list[str]] | None = None,
+) -> Any:
+    return typer.Option(
+        *([name] if name else []), metavar=metavar, help=help, autocompletion=values
+    )
 
 
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Where to write.")]
@@ -46,7 +54,9 @@ def board(
     ] = None,
     center: Annotated[str | None, _option("Distortion centre in px.", "X,Y")] = None,
     diameter: Annotated[float | None, _option("Of the content circle, px; 0 for none.")] = None,
-    pattern: Annotated[str | None, _option("chessboard or lines.", "NAME")] = None,
+    pattern: Annotated[
+        str | None, _option("chessboard or lines.", "NAME", values=choices("chessboard", "lines"))
+    ] = None,
     squares: Squares = None,
     tilt: Annotated[float | None, _option("Tilt of the board, degrees.")] = None,
     rotation: Annotated[float | None, _option("Turn of the board in its plane, degrees.")] = None,
@@ -131,7 +141,10 @@ def clip(
     duration: Annotated[float | None, _option("Length in s.")] = None,
     fps: Annotated[str | None, _option("Frames per second: 25 or 30000/1001.", "RATE")] = None,
     size: Size = None,
-    scene: Annotated[str | None, _option("board (before tissue) or tissue.", "NAME")] = None,
+    scene: Annotated[
+        str | None,
+        _option("board (before tissue) or tissue.", "NAME", values=choices("board", "tissue")),
+    ] = None,
     strength: Strength = None,
     fill: Fill = None,
     squares: Squares = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import UsageError
-from .options import Json, Output, Overwrite, note, print_json
+from .options import METHODS, MODELS, Json, Output, Overwrite, note, print_json
 
 if TYPE_CHECKING:
     from ..jobs.zoomtable import ZoomTableReport
@@ -23,17 +23,25 @@ def command(
     items: Annotated[
         list[Path],
         typer.Argument(
-            metavar="ITEM...",
+            metavar="ITEM",
             help="A pattern image at one zoom setting, or a calibration of one; 2 or more.",
             show_default=False,
         ),
     ],
     output: Output,
     method: Annotated[
-        str, typer.Option(metavar="NAME", help="How images are calibrated; see endocal calibrate.")
+        str,
+        typer.Option(
+            metavar="NAME",
+            autocompletion=METHODS,
+            help="How images are calibrated; see endocal calibrate.",
+        ),
     ] = "hewg",
     model: Annotated[
-        str, typer.Option(metavar="NAME", help="division or division2 (two parameters).")
+        str,
+        typer.Option(
+            metavar="NAME", autocompletion=MODELS, help="division or division2 (two parameters)."
+        ),
     ] = "division",
     pixel_aspect: Annotated[
         float, typer.Option(metavar="A", help="A pixel's width over its height, of images.")

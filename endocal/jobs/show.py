@@ -34,7 +34,12 @@ def _describe_calibration(calibration: Calibration) -> list[Row]:
     sigma = f" ± {u.center[0]:.2g}, {u.center[1]:.2g}" if u else ""
     rows.append(("centre", f"{model.center[0]:.2f}, {model.center[1]:.2f}{sigma} px"))
     reach = content_radius(model.center, model.size, b, model.pixel_aspect)
-    rows.append(("effect", _effect(model, reach)))
+    usable = calibration.usable_radius
+    rows.append(("effect", _effect(model, min(reach, usable or reach))))
+    if usable is not None:
+        rows.append(
+            ("usable", f"up to {usable:.0f} px from the centre; what lies farther out is lost")
+        )
     if b is None:
         rows.append(("boundary", "none visible"))
     else:

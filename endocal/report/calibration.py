@@ -259,7 +259,7 @@ def _search(calibration: Calibration, study: Study) -> p.Html:
             " entropy of the edge points' votes (hewg) all the same. "
         )
     words += (
-        "It finds a start; the refinement on the lines themselves gives the result."
+        "That is a start; the refinement on the lines themselves gives the result."
         if workings.refined is not None
         else "Its answer was not refined."
     )

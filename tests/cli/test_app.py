@@ -134,9 +134,9 @@ def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path) -> None:
         'schema = "endocal.calibration/1"\n[model]\n'
         'type = "division"\nlambda = 0\ncenter = [9, 9]\nsize = [20, 20]\n'
     )
-    for extra in ([], ["--json"]):
+    for args in (["show", path], ["show", path, "--json"], ["show", "--help"], ["--help"]):
         done = subprocess.run(
-            [sys.executable, "-m", "endocal", "show", str(path), *extra],
+            [sys.executable, "-m", "endocal", *args],
             stdout=write,
             stderr=subprocess.PIPE,
             check=False,

@@ -90,3 +90,14 @@ def test_what_cannot_be_read_is_exit_1(tmp_path: Path, endocal: Callable[..., An
         endocal("show", tmp_path / "bad.toml").fails().startswith(f"endocal: {tmp_path}/bad.toml: ")
     )
     assert "<stdin>: is empty" in endocal("show", "-").fails()
+
+
+def test_a_lens_that_folds_inside_the_frame_says_how_far_it_holds(
+    tmp_path: Path, endocal: Callable[..., Any]
+) -> None:
+    calibration = Calibration(DivisionModel(-1e-5, (360.0, 270.0), (720, 540)), usable_radius=300.0)
+    save(calibration, tmp_path / "cal.toml")
+    out = endocal("show", tmp_path / "cal.toml").out
+    # 300 / (1 - 1e-5 * 300^2) = 3000; the frame's corner lies beyond the fold, at 316 px.
+    assert "content 300 px from the centre moves to 3000 px" in out
+    assert "up to 300 px from the centre" in out
