@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import contextvars
 import errno
 import os
 import secrets
@@ -15,6 +16,32 @@ from .names import PathLike, shown
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 # What a file system without hard links answers (FAT, some network shares).
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK, errno.EACCES)
+
+
+# All temporary files begin so; a mark behind it says whose they are.
+_PREFIX = ".endocal-"
+_mark = contextvars.ContextVar("mark", default="")
+
+
+@contextlib.contextmanager
+def marked_temporaries(mark: str) -> Iterator[None]:
+    """Put ``mark`` into the names of the block's temporary files, to know what a killed process left."""
+    token = _mark.set(f"{mark}-")
+    try:
+        yield
+    finally:
+        _mark.reset(token)
+
+
+def remove_temporaries(directory: PathLike, mark: str) -> int:
+    """Remove the temporary files in a directory that bear ``mark`` and return how many they were."""
+    removed = 0
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+        for path in Path(directory).glob(f"{_PREFIX}{mark}-*"):
+            with contextlib.suppress(FileNotFoundError):
+                path.unlink()
+                removed += 1
+    return removed
 
 
 @contextlib.contextmanager
@@ -31,8 +58,10 @@ def atomic_output(
     """
     name = shown(path)
     place = _checked_place(path, overwrite, inputs)
-    temporary = _reserve(place, name)
+    temporary = _temporary(place)
+    # Made inside the try: an interrupt may come as soon as it is there.
     try:
+        _reserve(temporary, name)
         yield temporary
         _sync(temporary)
         _move(temporary, place, overwrite, name)
@@ -41,7 +70,7 @@ def atomic_output(
             raise OutputError(f"{name}: the disk is full: {error.strerror}") from error
         raise
     finally:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(OSError):
             temporary.unlink()
 
 
@@ -78,16 +107,19 @@ def _checked_place(path: PathLike, overwrite: bool, inputs: Iterable[PathLike]) 
     return place
 
 
-def _reserve(place: Path, name: str) -> Path:
-    """Make the empty temporary file, with the permissions that a new file gets here."""
+def _temporary(place: Path) -> Path:
+    """Return the path of a temporary file beside an output."""
     # Its own short name, since the final one may already be as long as the file system allows.
     suffix = place.suffix if len(place.suffix.encode()) <= 32 else ""
-    temporary = place.with_name(f".endocal-{secrets.token_hex(8)}{suffix}")
+    return place.with_name(f"{_PREFIX}{_mark.get()}{secrets.token_hex(8)}{suffix}")
+
+
+def _reserve(temporary: Path, name: str) -> None:
+    """Make the empty temporary file, with the permissions that a new file gets here."""
     try:
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     except OSError as error:
         raise OutputError(f"{name}: cannot be written: {error.strerror}") from None
-    return temporary
 
 
 def _sync(temporary: Path) -> None:

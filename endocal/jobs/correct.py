@@ -9,6 +9,8 @@ from ..errors import InputError, UsageError
 from ..files import load
 from ..files.names import shown
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
+from ..remap.geometry import VIEWS
+from ..remap.interpolation import TAPS
 from ..video.encoder import EncoderChoice
 from ..video.live import redacted
 from ..zoom.table import LOOKUPS, ZoomTable
@@ -71,6 +73,12 @@ class CorrectionSpec:
         if self.deinterlace not in DEINTERLACE:
             raise UsageError(
                 f"--deinterlace {self.deinterlace}: it is one of {', '.join(DEINTERLACE)}"
+            )
+        if self.view not in VIEWS:
+            raise UsageError(f"--view {self.view}: it is one of {', '.join(VIEWS)}")
+        if self.interpolation not in TAPS:
+            raise UsageError(
+                f"--interpolation {self.interpolation}: it is one of {', '.join(TAPS)}"
             )
         name = self.container_format
         object.__setattr__(self, "container_format", _CONTAINERS.get(name or "", name))

@@ -112,9 +112,8 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
 
     Raises OutputError where the chosen encoder, or none, suits the container or the pixel format.
     """
+    check_names(choice)
     source_format = choice.pix_fmt or info.pix_fmt
-    if choice.pix_fmt is not None:
-        _check_format(choice.pix_fmt)
     if choice.codec is not None:
         codec = _encoder(choice.codec)
         pix_fmt = _pixel_format(codec, source_format)
@@ -132,11 +131,15 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
     return EncoderSettings(codec.name, pix_fmt, _options(codec.name, choice, info.hdr, container))
 
 
-def _check_format(name: str) -> None:
-    try:
-        av.VideoFormat(name)
-    except ValueError as error:
-        raise UsageError(f"--pix-fmt {name}: no such pixel format") from error
+def check_names(choice: EncoderChoice) -> None:
+    """Raise UsageError for an encoder or a pixel format that does not exist."""
+    if choice.codec is not None:
+        _encoder(choice.codec)
+    if choice.pix_fmt is not None:
+        try:
+            av.VideoFormat(choice.pix_fmt)
+        except ValueError as error:
+            raise UsageError(f"--pix-fmt {choice.pix_fmt}: no such pixel format") from error
 
 
 def _encoder(name: str) -> av.Codec:
