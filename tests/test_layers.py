@@ -29,9 +29,10 @@ FLOORS = {
     "files": 4,
     "jobs": 5,
     "benchmarks": 5,
-    "cli": 6,
-    "__main__": 7,
-    "__init__": 7,
+    "batch": 6,
+    "cli": 7,
+    "__main__": 8,
+    "__init__": 8,
 }
 ROOMS = {"typer": "cli", "rich": "cli", "av": "video", "pyopencl": "remap"}
 # Import name -> distribution, where they differ.

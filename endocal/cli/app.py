@@ -21,9 +21,9 @@ from .help import tidy
 # ``command`` or a typer app ``group``, and, if it likes, command lines in ``EXAMPLES`` for its help.
 COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("calibrate", "zoomtable"),
-    "Correct": ("correct",),
+    "Correct": ("correct", "batch"),
     "Look and convert": ("show", "report", "boundary", "export", "import"),
-    "Check and measure": ("evaluate", "compare", "check", "synth", "devices", "bench"),
+    "Check and measure": ("check", "synth", "devices", "bench"),
 }
 
 # Set by the shell when it asks for completions; typer answers instead of running anything.

@@ -1,0 +1,158 @@
+"""Tasks on the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from .._version import __version__
+from ..errors import EndocalError, InputError, UsageError
+from ..files.names import shown
+from ..jobs.correct import Progress
+from .executor import Ended, Event, Moved, Started
+from .remote import perform_on_worker
+from .task import Outcome, Task
+
+_CONNECT_S = 15
+# Tasks that wait at the scheduler beyond two for each thread: enough for a cluster that grows by its queue.
+_SPARE = 16
+_LOOK_EVERY_S = 5.0
+_POLL_S = 0.2
+# States of a future that has an outcome.
+_OVER = ("finished", "error", "cancelled")
+
+
+class Cluster:
+    """The workers of the scheduler at an address, or in a scheduler file (.json).
+
+    Each thread of a worker takes one recording at a time. Dask gives the tasks of a lost worker to others,
+    and tries a task ``retries`` times more that failed for a passing reason. ``run`` is the name of this
+    run in the file ``lock``, by which a worker knows that it is not over. Raises UsageError without the
+    extra ``cluster``, InputError where the scheduler does not answer or a worker has another endocal.
+    """
+
+    def __init__(self, address: str, retries: int, run: str, lock: Path) -> None:
+        try:
+            from distributed import Client
+        except ImportError:
+            raise UsageError(
+                "--scheduler needs Dask: pip install 'endocal-toolchain[cluster]'"
+            ) from None
+        # What it logs of lost workers and connections, our own lines say.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self._address, self._retries, self._run, self._lock = address, retries, run, lock
+        where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
+        try:
+            self._client: Any = Client(**where, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise InputError(f"no Dask scheduler answers at {shown(address)}: {reason}") from None
+        try:
+            self._check_versions()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Leave the cluster as it is, and go."""
+        self._client.close(timeout=2)
+
+    def describe(self) -> str:
+        """Say in a few words what does the work."""
+        threads = self._client.nthreads()
+        return f"{sum(threads.values())} threads of {len(threads)} Dask workers"
+
+    def run(self, tasks: Iterator[Task]) -> Iterator[Event]:
+        """Run the tasks; see Executor."""
+        news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        topic = f"endocal-{self._run}"
+        self._client.subscribe_topic(topic, lambda event: news.put(event[1]))
+        futures: dict[str, Any] = {}
+        # Those that had ended, and whose results were lost with their workers: Dask does them again.
+        lost: set[str] = set()
+        places: dict[str, str] = {}
+        room, looked, number = 0, 0.0, 0
+        try:
+            while True:
+                if time.monotonic() - looked > _LOOK_EVERY_S:
+                    room = 2 * sum(self._client.nthreads().values()) + _SPARE
+                    looked = time.monotonic()
+                while len(futures) < room and (task := next(tasks, None)) is not None:
+                    key = f"{topic}-{number}"
+                    number += 1
+                    places[key] = task.place
+                    futures[key] = self._submit(key, task, topic)
+                    futures[key].add_done_callback(news.put)
+                if not futures:
+                    return
+                for key in [k for k in lost if futures[k].status in _OVER]:
+                    lost.discard(key)
+                    news.put(futures[key])
+                try:
+                    item = news.get(timeout=_POLL_S if lost else _LOOK_EVERY_S)
+                except queue.Empty:
+                    continue
+                if isinstance(item, dict):
+                    # News of a task may come after its end.
+                    if item["key"] in futures:
+                        yield _event(places[item["key"]], item)
+                elif item.status not in _OVER:
+                    lost.add(item.key)
+                elif futures.pop(item.key, None) is not None:
+                    yield Ended(places[item.key], self._outcome(item, places[item.key]))
+        finally:
+            self._client.cancel(list(futures.values()), force=True)
+            self._client.unsubscribe_topic(topic)
+
+    def _submit(self, key: str, task: Task, topic: str) -> Any:
+        # A task that Dask repeats, since its worker was lost, may find its own output there.
+        task = replace(task, correction=replace(task.correction, overwrite=True))
+        order = (task, topic, key, self._run, str(self._lock))
+        return self._client.submit(
+            perform_on_worker, *order, key=key, pure=False, retries=self._retries
+        )
+
+    def _outcome(self, future: Any, place: str) -> Outcome:
+        if future.status == "finished":
+            outcome: Outcome = future.result()
+            return outcome
+        if future.status == "cancelled" or self._client.status != "running":
+            raise InputError(
+                f"the Dask scheduler at {shown(self._address)} went away: start the same batch again when"
+                " it is back, and it goes on from here"
+            )
+        error = future.exception()
+        if type(error).__name__ == "KilledWorker":
+            return Outcome(
+                error=f"{shown(place)}: every worker that took it died, {error.last_worker.address} last"
+            )
+        words = (
+            str(error) if isinstance(error, EndocalError) else f"{type(error).__name__}: {error}"
+        )
+        return Outcome(error=words)
+
+    def _check_versions(self) -> None:
+        # A function of ours would not arrive at a worker that has none or an old endocal.
+        answers = self._client.run(eval, "__import__('endocal').__version__", on_error="return")
+        for address, answer in sorted(answers.items()):
+            if isinstance(answer, ImportError):
+                raise InputError(
+                    f"the Dask worker {address} has no endocal: install {__version__} there"
+                )
+            if answer != __version__:
+                raise InputError(
+                    f"the Dask worker {address} has endocal {answer}, and this is {__version__}: install the"
+                    " same on all"
+                )
+
+
+def _event(place: str, news: dict[str, Any]) -> Event:
+    if "worker" in news:
+        return Started(place, news["worker"])
+    return Moved(place, Progress(news["frames"], news["total"], news["seconds"]))

@@ -1,0 +1,231 @@
+"""What is to be done: each recording beside what the ledger and the disk say of it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from typing import Any
+
+from .._version import __version__
+from ..errors import InputError, UsageError
+from ..files import load
+from ..files.names import shown
+from ..jobs.correct import CorrectionSpec
+from ..video.encoder import EncoderChoice
+from ..zoom.table import ZoomTable
+from .fingerprint import FileState, combined, sha256
+from .ledger import FAILED, RUNNING, Entry
+from .recording import BatchSpec, Recording
+from .sources import find_recordings
+
+# What a step does: correct; compare the input's SHA-256 with the ledger's, and correct if it differs;
+# nothing, since it is done; nothing, since the output is not ours.
+DO, CHECK, KEEP, LEAVE = "do", "check", "keep", "leave"
+# Of CorrectionSpec, these are not what makes an output what it is, or have a digest of their own.
+_NOT_OPTIONS = ("input", "output", "calibration", "right_calibration", "overwrite", "threads")
+_ZOOM_OPTIONS = ("lookup", "assume_diameter", "zoom_log", "zoom_from")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One recording and what is to be done with it, and why.
+
+    ``correction`` is the whole order; ``owned`` says that the output may be replaced. ``lens_sha256`` is
+    of the calibration's bytes, and of those of a second one and of the zoom's record where there are any.
+    """
+
+    recording: Recording
+    action: str
+    reason: str
+    correction: CorrectionSpec
+    owned: bool
+    lens_sha256: str
+    options_sha256: str
+    entry: Entry | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The steps by place, what is to be said of the sources, and what a manifest names in vain."""
+
+    steps: tuple[Step, ...]
+    notes: tuple[str, ...]
+    missing: tuple[str, ...]
+
+    @property
+    def todo(self) -> list[Step]:
+        """The steps with work, the largest recording first, so that none is left for the end alone."""
+        todo = [s for s in self.steps if s.action in (DO, CHECK)]
+        return sorted(todo, key=lambda s: -_size(s.recording.source))
+
+
+def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
+    """Find the recordings and decide on each.
+
+    Raises InputError for a source or a calibration that is not there or not sound, and UsageError for
+    options that contradict each other: nothing has been touched then.
+    """
+    _is_table.cache_clear()
+    _digest.cache_clear()
+    found = find_recordings(spec)
+    steps = tuple(
+        _step(spec, recording, entries.get(recording.place))
+        for recording in found.recordings.values()
+    )
+    _refuse_idle_zoom_options(spec, steps)
+    notes = list(found.notes)
+    others = {
+        step.entry.made.endocal
+        for step in steps
+        if step.action == KEEP and step.entry is not None and step.entry.made is not None
+    } - {__version__}
+    if others:
+        notes.append(
+            f"some outputs were made by endocal {', '.join(sorted(others))}: --redo makes them anew"
+        )
+    return Plan(steps, tuple(notes), tuple(found.missing))
+
+
+def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
+    correction = _correction(spec, recording)
+    lens = _lens_digest(correction)
+    options = _options_digest(correction)
+    exists = os.path.lexists(correction.output)
+    owned = exists and _is_ours(correction.output, entry)
+    if exists and not owned and not spec.overwrite:
+        known = entry is not None and entry.made is not None
+        reason = "was changed by someone else" if known else "exists, and is not of this batch"
+        return Step(recording, LEAVE, reason, correction, False, lens, options, entry)
+    action, reason = _decide(spec, recording, entry, exists, lens, options)
+    return Step(recording, action, reason, correction, exists, lens, options, entry)
+
+
+def _decide(
+    spec: BatchSpec,
+    recording: Recording,
+    entry: Entry | None,
+    exists: bool,
+    lens: str,
+    options: str,
+) -> tuple[str, str]:
+    if spec.retry_failed and (entry is None or entry.status != FAILED):
+        return KEEP, "did not fail before"
+    if entry is None:
+        return DO, "replaces what is there" if exists else "new"
+    if entry.status == FAILED:
+        return DO, "failed before"
+    if entry.status == RUNNING or entry.made is None:
+        return DO, "was interrupted"
+    made = entry.made
+    for differs, reason in (
+        (not exists, "its output is missing"),
+        (spec.redo, "--redo"),
+        (made.lens_sha256 != lens, "its calibration has changed"),
+        (made.options_sha256 != options, "its options have changed"),
+    ):
+        if differs:
+            return DO, reason
+    try:
+        unchanged = FileState.of(recording.source) == made.input_state
+    except OSError:
+        return DO, "it cannot be read"
+    if unchanged and made.input_settled and not spec.rehash:
+        return KEEP, "done"
+    return CHECK, "its input was touched" if not unchanged else "its input is compared"
+
+
+def _is_ours(output: str, entry: Entry | None) -> bool:
+    """Tell whether an output that is there came from this batch."""
+    if entry is None:
+        return False
+    if entry.status == RUNNING:
+        # It appeared between the order and the record of it.
+        return True
+    try:
+        return entry.made is not None and os.stat(output).st_size == entry.made.output_size
+    except OSError:
+        return False
+
+
+def _correction(spec: BatchSpec, recording: Recording) -> CorrectionSpec:
+    output = os.path.join(os.path.abspath(spec.out), recording.place)
+    values: dict[str, Any] = dict(spec.correction)
+    if _is_table(recording.calibration):
+        if spec.zoom_log is not None:
+            values["zoom_log"] = os.path.splitext(output)[0] + spec.zoom_log
+        if spec.zoom_from is not None:
+            values["zoom_from"] = os.path.splitext(recording.source)[0] + spec.zoom_from
+    else:
+        values = {k: v for k, v in values.items() if k not in _ZOOM_OPTIONS}
+    return CorrectionSpec(
+        input=recording.source,
+        output=output,
+        calibration=recording.calibration,
+        right_calibration=recording.right_calibration,
+        **values,
+    )
+
+
+def _refuse_idle_zoom_options(spec: BatchSpec, steps: tuple[Step, ...]) -> None:
+    """Refuse options for a zoom table where no recording has one."""
+    if any(_is_table(step.recording.calibration) for step in steps):
+        return
+    for option, given in (
+        ("--zoom-log", spec.zoom_log is not None),
+        ("--zoom-from", spec.zoom_from is not None),
+        ("--assume-diameter", spec.correction.get("assume_diameter") is not None),
+        ("--lookup", spec.correction.get("lookup", "auto") != "auto"),
+    ):
+        if given:
+            raise UsageError(f"{option} needs a zoom table, and no recording has one")
+
+
+def _options_digest(correction: CorrectionSpec) -> str:
+    """Return the SHA-256 of what differs from the defaults, so that a new option changes no old digest."""
+    plain = CorrectionSpec("", "", "")
+    differing: dict[str, Any] = {}
+    for field in fields(CorrectionSpec):
+        value = getattr(correction, field.name)
+        if field.name in _NOT_OPTIONS or value == getattr(plain, field.name):
+            continue
+        if field.name in ("zoom_log", "zoom_from"):
+            # Their content counts, or their kind, and not where they are.
+            value = os.path.splitext(value)[1]
+        if isinstance(value, EncoderChoice):
+            value = {k: v for k, v in asdict(value).items() if v != getattr(plain.encoder, k)}
+        differing[field.name] = value
+    return hashlib.sha256(json.dumps(differing, sort_keys=True).encode()).hexdigest()
+
+
+def _lens_digest(correction: CorrectionSpec) -> str:
+    digests = [_digest(correction.calibration)]
+    if correction.right_calibration is not None:
+        digests.append(_digest(correction.right_calibration))
+    if correction.zoom_from is not None and os.path.isfile(correction.zoom_from):
+        digests.append(sha256(correction.zoom_from))
+    return combined(digests)
+
+
+def _size(path: str) -> int:
+    try:
+        return os.stat(path).st_size
+    except OSError:
+        return 0
+
+
+@cache
+def _is_table(path: str) -> bool:
+    return isinstance(load(path), ZoomTable)
+
+
+@cache
+def _digest(path: str) -> str:
+    load(path)
+    try:
+        return sha256(path)
+    except OSError as error:
+        raise InputError(f"{shown(path)}: cannot be read: {error.strerror}") from None
