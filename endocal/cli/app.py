@@ -23,7 +23,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "Calibrate": ("calibrate", "zoomtable"),
     "Correct": ("correct", "batch"),
     "Look and convert": ("show", "report", "boundary", "export", "import"),
-    "Check and measure": ("check", "synth", "devices", "bench"),
+    "Check and measure": ("evaluate", "compare", "check", "synth", "devices", "bench"),
 }
 
 # Set by the shell when it asks for completions; typer answers instead of running anything.

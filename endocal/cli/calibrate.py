@@ -11,12 +11,18 @@ from ..errors import CalibrationError, UsageError
 from .options import (
     METHODS,
     MODELS,
+    Center,
+    ChosenLines,
     Json,
     Output,
     Overwrite,
-    choices,
+    PixelAspect,
+    Roi,
+    Samples,
+    Sobel,
     note,
-    parse_numbers,
+    parse_center,
+    parse_roi,
     print_json,
 )
 
@@ -59,25 +65,11 @@ def command(
     refine: Annotated[
         bool, typer.Option("--refine/--no-refine", help="Refine to sub-pixel after the search.")
     ] = True,
-    center: Annotated[
-        str,
-        typer.Option(
-            metavar="free|image|X,Y",
-            autocompletion=choices("free", "image"),
-            help="The distortion centre: sought or given.",
-        ),
-    ] = "free",
-    samples: Annotated[int, typer.Option(metavar="S", help="Samples per axis of the search.")] = 10,
-    sobel: Annotated[
-        int, typer.Option(metavar="K", help="Size of the Sobel mask whose gradients vote, px, odd.")
-    ] = 21,
-    roi: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,W,H", help="Look at this part of the picture only, px."),
-    ] = None,
-    pixel_aspect: Annotated[
-        float, typer.Option(metavar="A", help="A pixel's width over its height.")
-    ] = 1.0,
+    center: Center = "free",
+    samples: Samples = 10,
+    sobel: Sobel = 21,
+    roi: Roi = None,
+    pixel_aspect: PixelAspect = 1.0,
     page: Annotated[
         Path | None,
         typer.Option(
@@ -87,15 +79,7 @@ def command(
             show_default=False,
         ),
     ] = None,
-    lines: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Lines that you chose, for the methods wang and htrdc: a point x y a row, in px, an empty"
-            " row after each line; - is stdin.",
-            show_default=False,
-        ),
-    ] = None,
+    lines: ChosenLines = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write the file even where the verdict is failed.")
     ] = False,
@@ -118,16 +102,13 @@ def command(
     if page is not None:
         _check_page(page, output, json)
         check_output(page, overwrite, images)
-    region = parse_numbers(roi, "--roi", 4)
     spec = CalibrationSpec(
         method=method,
         refine=refine,
-        center=_center(center),
+        center=parse_center(center),
         samples=samples,
         sobel=sobel,
-        roi=None
-        if region is None
-        else (int(region[0]), int(region[1]), int(region[2]), int(region[3])),
+        roi=parse_roi(roi),
         model=model,
         pixel_aspect=pixel_aspect,
         lines=None if lines is None else read_lines(lines),
@@ -167,16 +148,6 @@ def _check_page(page: Path, output: Path, json: bool) -> None:
     if str(page) != "-" and page.resolve() == output.resolve():
         raise UsageError(f"--report {page}: is the calibration's own file: give it another name")
     require_figures()
-
-
-def _center(value: str) -> str | tuple[float, float]:
-    if value in ("free", "image"):
-        return value
-    try:
-        numbers = parse_numbers(value, "--center", 2)
-    except UsageError:
-        raise UsageError(f"--center {value!r}: write free, image or X,Y in pixels") from None
-    return (numbers[0], numbers[1]) if numbers else "free"
 
 
 def _tell(calibration: Calibration, output: Path) -> None:

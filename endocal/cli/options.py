@@ -39,6 +39,66 @@ Device = Annotated[
         help="auto, numpy, part of an OpenCL device's name, or PLATFORM:DEVICE; see endocal devices.",
     ),
 ]
+Center = Annotated[
+    str,
+    typer.Option(
+        metavar="free|image|X,Y",
+        autocompletion=choices("free", "image"),
+        help="The distortion centre: sought or given.",
+    ),
+]
+Samples = Annotated[int, typer.Option(metavar="S", help="Samples per axis of the search.")]
+Sobel = Annotated[
+    int, typer.Option(metavar="K", help="Size of the Sobel mask whose gradients vote, px, odd.")
+]
+Roi = Annotated[
+    str | None,
+    typer.Option(metavar="X,Y,W,H", help="Look at this part of the picture only, px."),
+]
+PixelAspect = Annotated[float, typer.Option(metavar="A", help="A pixel's width over its height.")]
+ChosenLines = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Lines that you chose: a point x y a row, in px, an empty row after each line; - is stdin.",
+        show_default=False,
+    ),
+]
+Board = Annotated[
+    str | None,
+    typer.Option(
+        metavar="COLSxROWS", help="Measure on the inner corners of a chessboard that has so many."
+    ),
+]
+
+
+def parse_center(value: str) -> str | tuple[float, float]:
+    """Return a distortion centre's option as CalibrationSpec takes it; UsageError for anything else."""
+    if value in ("free", "image"):
+        return value
+    try:
+        numbers = parse_numbers(value, "--center", 2)
+    except UsageError:
+        raise UsageError(f"--center {value!r}: write free, image or X,Y in pixels") from None
+    return (numbers[0], numbers[1]) if numbers else "free"
+
+
+def parse_roi(value: str | None) -> tuple[int, int, int, int] | None:
+    """Turn ``X,Y,W,H`` into whole px; UsageError for anything else."""
+    numbers = parse_numbers(value, "--roi", 4)
+    if numbers is None:
+        return None
+    return int(numbers[0]), int(numbers[1]), int(numbers[2]), int(numbers[3])
+
+
+def parse_board(value: str | None) -> tuple[int, int] | None:
+    """Turn ``11x8`` inner corners into (11, 8); UsageError for anything else."""
+    try:
+        return parse_size(value)
+    except UsageError:
+        raise UsageError(
+            f"--board {value!r}: write COLUMNSxROWS of inner corners, such as 11x8"
+        ) from None
 
 
 def parse_size(value: str | None) -> tuple[int, int] | None:
