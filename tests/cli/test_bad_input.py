@@ -185,7 +185,10 @@ def test_no_opencl_device(
 
 
 def test_a_device_that_is_not_there_is_not_replaced(endocal: Runner, folder: Path) -> None:
-    correct(endocal, folder, "no OpenCL device", "--device", "no such thing")
+    before = set(folder.rglob("*"))
+    names = [folder / "clip.mp4", "-o", folder / "out.mp4", "-c", folder / "cal.toml"]
+    result = endocal("correct", *names, "--device", "no such thing")
+    refused(result, folder, before, "no OpenCL device", code=2)
 
 
 @pytest.mark.parametrize(
