@@ -195,7 +195,7 @@ def _checks(workings: Workings) -> p.Html:
         for c in checks(workings.evidence)
     ]
     return p.section(
-        "What the verdict rests on", p.table(("looked at", "found", "wanted", ""), rows)
+        "What the verdict rests on", p.table(("looked at", "found", "wanted", "outcome"), rows)
     )
 
 
@@ -319,4 +319,4 @@ def _origin(calibration: Calibration) -> p.Html:
             digest = p.Html(f"<code>{p.escape(image.sha256)}</code>")
             rms = "" if image.rms is None else f", its lines straight to {image.rms:.3f} px"
             rows.append(("picture", p.Html(f"{p.escape(image.file)}{rms}<br>SHA-256 {digest}")))
-    return p.section("What it was made from", p.table(("", ""), rows))
+    return p.section("What it was made from", p.facts(rows))

@@ -129,6 +129,15 @@ def table(heads: Sequence[Text], rows: Iterable[Sequence[Cell]]) -> Html:
     )
 
 
+def facts(rows: Iterable[tuple[Text, Text]]) -> Html:
+    """Return a table of (name, what there is to say of it)."""
+    body = "\n".join(
+        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>'
+        for name, value in rows
+    )
+    return Html(f'<div class="scroll"><table><tbody>\n{body}\n</tbody></table></div>')
+
+
 def figure(content: Html, caption: Text = "") -> Html:
     """Return a picture or plot with its caption."""
     below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""

@@ -64,7 +64,7 @@ def run_page(name: str, zoom: ZoomHistory | None, run: Run = Run()) -> p.Html:
     if zoom is not None:
         parts += [p.tiles(_tiles(zoom)), _over_time(zoom), _shares(zoom)]
     if run.facts:
-        parts.append(p.section("The run", p.table(("", ""), run.facts)))
+        parts.append(p.section("The run", p.facts(run.facts)))
     if run.notes:
         parts.append(p.section("Notes", p.bullets(run.notes)))
     return p.page(name, *parts)

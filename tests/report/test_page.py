@@ -14,6 +14,7 @@ from endocal.report import page as p
 
 # What a browser would fetch, and where that may stand.
 _FETCHING = ("src", "href", "xlink:href", "srcset", "data", "poster", "action")
+PLOTTED = ("blue", "orange", "green", "red", "yellow", "violet")
 _VOID = {"meta", "link", "img", "br", "hr", "input"}
 
 
@@ -106,6 +107,27 @@ def test_a_plot_repeats_itself_and_takes_the_colours_of_the_page() -> None:
     assert ">diameter, px</text>" in first
     assert 'aria-label="a curve that &quot;rises&quot;"' in first
     assert "<style" not in first
+
+
+def _luminance(colour: str) -> float:
+    """Relative luminance, WCAG 2.2."""
+    channels = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
+def test_text_and_lines_stand_out_enough(scheme: int) -> None:
+    # WCAG 2.2 AA for text, which is more than what a plot needs.
+    colours = {
+        name: found[scheme]
+        for name in ("surface", "raised", "ink", "soft", *PLOTTED)
+        if (found := re.findall(rf"--{name}: (#[0-9a-f]{{6}})", p.page("colours")))
+    }
+    for ground in ("surface", "raised"):
+        for name in ("ink", "soft", "green", "red", "yellow", "blue", "orange", "violet"):
+            light, dark = sorted((_luminance(colours[ground]), _luminance(colours[name])))[::-1]
+            assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{name} on {ground}"
 
 
 def test_every_colour_of_a_plot_is_one_of_the_page() -> None:
