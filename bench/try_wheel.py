@@ -35,13 +35,17 @@ def main() -> None:
         run([endocal, "calibrate", SAMPLES / "board-1.png", "-o", "cal.toml"], home)
         run([endocal, "correct", SAMPLES / "clip.mp4", "-c", "cal.toml", "-o", "out.mp4"], home)
         run([endocal, "correct", SAMPLES / "board-1.png", "-c", "cal.toml", "-o", "out.png"], home)
+        # Without the extra `report` its absence is told, with what to do about it.
+        bare = run([endocal, "report", "cal.toml"], home, fails=True)
+        assert "endocal-toolchain[report]" in bare, bare
         assert (home / "out.mp4").stat().st_size > 0
         assert (home / "out.png").stat().st_size > 0
     print(f"{wheel.name}: installs alone, calibrates and corrects")
 
 
 def check_contents(wheel: Path, kernels: list[str]) -> None:
-    """Every kernel is in the wheel, and in the sdist beside it."""
+    """Every kernel is in the wheel, and in the sdist beside it; so is the style of pages."""
+    assert "endocal/report/style.css" in zipfile.ZipFile(wheel).namelist()
     inside = {
         Path(n).name for n in zipfile.ZipFile(wheel).namelist() if n.startswith("endocal/kernels/")
     }
@@ -53,10 +57,20 @@ def check_contents(wheel: Path, kernels: list[str]) -> None:
         assert names >= set(kernels), f"the sdist lacks {set(kernels) - names}"
 
 
-def run(command: list[str | Path], folder: Path) -> None:
-    """Run a command in a folder, away from the checkout; its failure is ours."""
+def run(command: list[str | Path], folder: Path, fails: bool = False) -> str:
+    """Run a command in a folder, away from the checkout; its failure is ours, unless it is to fail.
+
+    Returns what a command that is to fail says on standard error.
+    """
     clean = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    subprocess.run(command, cwd=folder, env=clean, check=True)
+    if not fails:
+        subprocess.run(command, cwd=folder, env=clean, check=True)
+        return ""
+    done = subprocess.run(
+        command, cwd=folder, env=clean, stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert done.returncode == 1, f"{command[1]} was to fail"
+    return done.stderr
 
 
 if __name__ == "__main__":
