@@ -35,8 +35,7 @@ def main() -> None:
     for board, setting in zip(BOARDS, settings, strict=True):
         endocal("calibrate", board, "-o", setting, "--report", setting.with_suffix(".html"))
     table, clip, log = folder / "zoom.toml", folder / "corrected.mp4", folder / "zoom-log.csv"
-    endocal("zoomtable", *settings, "-o", table)
-    endocal("report", table)
+    endocal("zoomtable", *settings, "-o", table, "--report", table.with_suffix(".html"))
     lens = ("-c", table)
     run = folder / "run.html"
     endocal("correct", CLIP, "-o", clip, *lens, "--zoom-log", log, "--report", run)

@@ -25,6 +25,7 @@ from .options import (
     parse_roi,
     print_json,
 )
+from .pages import Page, check_page
 
 if TYPE_CHECKING:
     from ..calibration.result import Calibration
@@ -70,16 +71,8 @@ def command(
     sobel: Sobel = 21,
     roi: Roi = None,
     pixel_aspect: PixelAspect = 1.0,
-    page: Annotated[
-        Path | None,
-        typer.Option(
-            *("--report",),
-            metavar="FILE",
-            help="Write a page for people: the lines, what is left, how sure (.html).",
-            show_default=False,
-        ),
-    ] = None,
     lines: ChosenLines = None,
+    page: Page = None,
     force: Annotated[
         bool, typer.Option("--force", help="Write the file even where the verdict is failed.")
     ] = False,
@@ -100,8 +93,7 @@ def command(
         raise UsageError("--json and -o - both write to stdout: name an output file")
     check_output(output, overwrite, images)
     if page is not None:
-        _check_page(page, output, json)
-        check_output(page, overwrite, images)
+        check_page(page, output, overwrite, images, json)
     spec = CalibrationSpec(
         method=method,
         refine=refine,
@@ -137,17 +129,6 @@ def command(
     _tell(calibration, output)
     if page is not None:
         note(f"{page}: its page")
-
-
-def _check_page(page: Path, output: Path, json: bool) -> None:
-    """Refuse a page that would share its place with another output, or that cannot be made at all."""
-    from ..report.figures import require_figures
-
-    if str(page) == "-" and (json or str(output) == "-"):
-        raise UsageError("--report - shares stdout with another output: name a file")
-    if str(page) != "-" and page.resolve() == output.resolve():
-        raise UsageError(f"--report {page}: is the calibration's own file: give it another name")
-    require_figures()
 
 
 def _tell(calibration: Calibration, output: Path) -> None:

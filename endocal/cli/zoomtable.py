@@ -9,12 +9,14 @@ import typer
 
 from ..errors import UsageError
 from .options import METHODS, MODELS, Json, Output, Overwrite, note, print_json
+from .pages import Page, check_page
 
 if TYPE_CHECKING:
     from ..jobs.zoomtable import ZoomTableReport
 
 EXAMPLES = (
     "endocal zoomtable wide.png middle.png tele.png -o zoom.toml",
+    "endocal zoomtable wide.png middle.png tele.png -o zoom.toml --report zoom.html",
     "endocal zoomtable wide.toml tele.toml -o zoom.toml --json | jq .law",
 )
 
@@ -46,6 +48,7 @@ def command(
     pixel_aspect: Annotated[
         float, typer.Option(metavar="A", help="A pixel's width over its height, of images.")
     ] = 1.0,
+    page: Page = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -61,6 +64,8 @@ def command(
 
     if json and str(output) == "-":
         raise UsageError("--json and -o - both write to stdout: name an output file")
+    if page is not None:
+        check_page(page, output, overwrite, items, json)
     spec = ZoomTableSpec(
         tuple(str(item) for item in items),
         str(output),
@@ -74,6 +79,12 @@ def command(
         data["notes"] = list(report.notes)
         print_json(data)
     _tell(report)
+    if page is not None:
+        from ..jobs.report import report_table
+
+        name = output.name if str(output) != "-" else "zoom table"
+        report_table(report.table, name, str(page), overwrite)
+        note(f"{page}: its page")
 
 
 def _tell(report: ZoomTableReport) -> None:

@@ -91,6 +91,11 @@ def report_calibration(
     write_page(calibration_page(name, calibration, study, notes), output, overwrite)
 
 
+def report_table(table: ZoomTable, name: str, output: str, overwrite: bool) -> None:
+    """Write the page of a zoom table; ``name`` is what it is called."""
+    write_page(zoom_table_page(name, table), output, overwrite)
+
+
 def write_page(page: Html, output: str, overwrite: bool, inputs: Iterable[str] = ()) -> None:
     """Write a page; ``-`` is standard output. Raises OutputError, see ``atomic_output``."""
     data = page.encode("utf-8", "replace")

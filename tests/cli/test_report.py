@@ -203,6 +203,19 @@ def test_a_zoom_table_shows_its_law(endocal: Runner, tmp_path: Path) -> None:
     assert "640.0 px λ is +20.0 % off the law" in text
 
 
+def test_a_table_comes_with_its_page(endocal: Runner, sample_data: Path, tmp_path: Path) -> None:
+    settings = [sample_data / f"board-{i}.truth.toml" for i in (1, 2, 3)]
+    page, table = tmp_path / "a.html", tmp_path / "zoom.toml"
+    done = endocal("zoomtable", *settings, "-o", table, "--report", page)
+    assert done.code == 0, done.err
+    assert endocal("report", table, "-o", tmp_path / "b.html").code == 0
+    assert text_of(page) == text_of(tmp_path / "b.html")
+    again = ("-o", tmp_path / "c.toml", "--report")
+    assert "is also an input" in endocal("zoomtable", *settings, *again, settings[0]).fails()
+    endocal("zoomtable", *settings, *again, tmp_path / "c.toml").fails(2)
+    assert not (tmp_path / "c.toml").exists()
+
+
 def test_a_zoom_table_of_two_parameters(endocal: Runner, tmp_path: Path) -> None:
     settings = tuple(
         Setting(-1.0 / d**2, (360.0, 270.0), d, lam2=-0.2 / d**4) for d in (400.0, 600.0)
