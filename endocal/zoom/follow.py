@@ -32,7 +32,9 @@ class FollowSpec:
     ``lookup`` is one of LOOKUPS. ``assume_diameter`` (px) holds until a rim is seen, to within
     ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still`` (relative, least and
     most) before the model changes. Tracked and held estimates grow less certain by ``tracked_drift`` and
-    ``held_drift`` per frame; past ``limit`` the tracking is given up, and the last estimate held.
+    ``held_drift`` per frame, and tracked ones besides by ``tracked_share`` of the most that the picture has
+    dilated since the rim was last seen: some of a camera's approach passes for zoom, or of a zoom for
+    approach. Past ``limit`` the tracking is given up, and the last estimate held.
     """
 
     lookup: str = "auto"
@@ -40,6 +42,7 @@ class FollowSpec:
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
     tracked_drift: float = 1e-3
+    tracked_share: float = 0.06
     held_drift: float = 2e-3
     limit: float = 0.05
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
@@ -78,6 +81,8 @@ class ZoomFollower:
         self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
         self._rest = ZoomRest(spec.rest)
         self._is_tracking = False
+        # The picture's dilation since the rim was last seen, and the most that it was.
+        self._dilated = self._most_dilated = 0.0
         self._time: float | None = None
         self._last: Boundary | None = None
         self._current: tuple[float, DivisionModel] | None = None
@@ -146,9 +151,10 @@ class ZoomFollower:
                 self._rest.forget()
                 self._tracker.step(luma, self._table, state.diameter)
                 self._is_tracking = True
+                self._dilated = self._most_dilated = 0.0
             return ""
         step = None
-        if state.sigma < spec.limit:
+        if self._sigma < spec.limit:
             step = self._tracker.step(luma, self._table, state.diameter)
         if step is None:
             self._rest.forget()
@@ -156,8 +162,17 @@ class ZoomFollower:
             state.scale(0.0, spec.held_drift)
             return ""
         logarithm = self._rest.take(step, seconds)
+        self._dilated += step.logarithm + step.approach
+        self._most_dilated = max(self._most_dilated, abs(self._dilated))
         state.scale(logarithm, math.hypot(step.sigma, spec.tracked_drift))
         return "tracked"
+
+    @property
+    def _sigma(self) -> float:
+        """One standard deviation of the diameter, relative."""
+        if not self._is_tracking:
+            return self._filter.sigma
+        return math.hypot(self._filter.sigma, self._spec.tracked_share * self._most_dilated)
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:
         state, (least, most) = self._filter, self._spec.still
@@ -169,7 +184,7 @@ class ZoomFollower:
                 diameter = self._current[0]
         if self._current is None or diameter != self._current[0]:
             self._current = (diameter, self._look_up(diameter, boundary))
-        return ZoomEstimate(self._current[1], boundary, diameter, source, state.sigma)
+        return ZoomEstimate(self._current[1], boundary, diameter, source, self._sigma)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:
         if self._spec.lookup == "area" and boundary is not None:

@@ -1,31 +1,25 @@
 """The zoom from the picture itself, for when the circle's rim is out of the frame.
 
-Points of the scene are followed from frame to frame. A zoom magnifies the distorted picture by one factor
-about the distortion centre; a moving camera changes the undistorted picture, and that only by what a
-rotation and a translation can do. Under a lens with real distortion the two differ: a camera that comes
-nearer moves the middle more than the rim, a zoom moves both alike. A fit with both in it tells them apart,
-as well as the lens and the scene allow, and says how well that was.
+Places of the scene are followed from frame to frame; ``parallax`` tells what a zoom and what a moving camera
+made of them.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .parallax import MotionSpec, Points, ScaleStep, SceneShape
 from .table import ZoomTable
 
 Luma = NDArray[np.uint8]
-Points = NDArray[np.float64]
 
-_TUKEY = 4.685
-_MAD_TO_SIGMA = 1.4826
-_FIT_ROUNDS = 6
 # Over this step of the logarithm the centre's movement is taken.
 _AHEAD = 1e-3
 
@@ -36,10 +30,8 @@ class TrackingSpec:
 
     The picture is reduced to about ``height`` px, and up to ``points`` places are followed in it, ``spacing``
     reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius. With fewer than
-    ``least`` the step is given up; new ones are sought below ``renew`` of those that were found. ``zoom``
-    and ``approach`` are what to expect, before looking, of a zoom and of a camera that comes nearer: one
-    standard deviation of the relative scale per frame. ``noise`` is the least error of a followed place,
-    reduced px.
+    ``least`` the step is given up; new ones are sought below ``renew`` of those that were found. ``noise`` is
+    the least error of a followed place, reduced px.
     """
 
     height: int = 360
@@ -47,21 +39,9 @@ class TrackingSpec:
     reach: float = 0.94
     least: int = 24
     renew: float = 0.8
-    zoom: float = 0.02
-    approach: float = 0.004
     noise: float = 0.05
     spacing: float = 18.0
-
-
-class ScaleStep(NamedTuple):
-    """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation.
-
-    ``approach`` is that part of the picture's dilation that was put down to the camera coming nearer.
-    """
-
-    logarithm: float
-    sigma: float
-    approach: float
+    motion: MotionSpec = field(default_factory=MotionSpec)
 
 
 class ScaleTracker:
@@ -73,10 +53,12 @@ class ScaleTracker:
         self._last: Luma | None = None
         self._places = np.empty((0, 1, 2), np.float32)
         self._sought = 0
+        self._scene = SceneShape(spec.motion)
 
     def forget(self) -> None:
         """Begin anew with the next frame."""
         self._last = None
+        self._scene = SceneShape(self._spec.motion)
 
     def step(
         self, luma: NDArray[np.uint8] | NDArray[np.uint16], table: ZoomTable, diameter: float
@@ -102,13 +84,12 @@ class ScaleTracker:
         self._places = moved[found]
         if len(after) < self._spec.least:
             return None
-        return scale_between(
+        return self._scene.scale_between(
             self._offsets(before, reduction, model),
             self._offsets(after, reduction, model),
             model,
             diameter,
             self._drift(table, model, diameter),
-            self._spec,
             self._spec.noise * reduction,
         )
 
@@ -137,82 +118,6 @@ class ScaleTracker:
         full = (places.astype(np.float64) + 0.5) * reduction - 0.5 - model.center
         full[:, 0] *= self._aspect
         return full
-
-
-def scale_between(
-    before: Points,
-    after: Points,
-    model: DivisionModel,
-    diameter: float,
-    drift: tuple[float, float] = (0.0, 0.0),
-    spec: TrackingSpec = TrackingSpec(),
-    noise: float = 0.1,
-) -> ScaleStep:
-    """Fit the relative scale between matched places and the camera's motion together.
-
-    ``before`` and ``after`` are (n, 2) offsets from the distortion centre, px; the ``model`` is that of the
-    first frame, at ``diameter`` px, and ``drift`` how its centre moves with the logarithm of the diameter,
-    px; ``noise`` is the least error of a place, px. The camera's motion is that of the undistorted picture
-    of a plane: eight parameters, of which the dilation is expected to be small.
-    """
-    strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
-    start, _ = _undistorted(before / diameter, strength, strength2)
-    end, stretch = _undistorted(after / diameter, strength, strength2)
-    # Residuals count in distorted px, where the places were measured.
-    back = diameter * np.linalg.inv(stretch)
-    zoomed = (after + drift)[:, :, None]
-    design = np.concatenate([back @ _camera_motion(start), zoomed], axis=2)
-    shift = np.einsum("nij,nj->ni", back, end - start)
-    expected = np.full(design.shape[2], np.inf)
-    expected[_DILATION], expected[-1] = spec.approach, spec.zoom
-    weight = np.ones(len(before))
-    scale = math.inf
-    solution, covariance = np.zeros(design.shape[2]), np.zeros((design.shape[2],) * 2)
-    for _ in range(_FIT_ROUNDS):
-        prior = np.diag((min(scale, 1e3) / expected) ** 2)
-        weighted = design * weight[:, None, None]
-        normal = np.einsum("nij,nik->jk", weighted, design) + prior
-        covariance = np.linalg.pinv(normal)
-        solution = covariance @ np.einsum("nij,ni->j", weighted, shift)
-        residual = np.linalg.norm(shift - design @ solution, axis=1)
-        # The median of a two-dimensional normal residual's length is 1.1774 standard deviations.
-        scale = max(float(np.median(residual)) / 1.1774, noise)
-        weight = np.maximum(1 - (residual / (_TUKEY * scale)) ** 2, 0) ** 2
-    # What was fitted is the part of the later offset that the zoom made: 1 - exp(-logarithm).
-    return ScaleStep(
-        -math.log1p(-float(solution[-1])),
-        scale * math.sqrt(max(covariance[-1, -1], 0.0)),
-        float(solution[_DILATION]),
-    )
-
-
-_DILATION = 3
-
-
-def _camera_motion(u: Points) -> NDArray[np.float64]:
-    """The undistorted flow before a moving camera (Longuet-Higgins and Prazdny 1980): (n, 2, 10).
-
-    Of a plane: shift in x and y, rotation, dilation, two shears, and the two perspective terms. With the
-    last two, of a wall that curves as well, as far as it moves sideways.
-    """
-    x, y = u[:, 0], u[:, 1]
-    one, zero = np.ones_like(x), np.zeros_like(x)
-    rows = (
-        (one, zero, -y, x, x, y, x * x, x * y, y * y, zero),
-        (zero, one, x, y, -y, x, x * y, y * y, zero, x * x),
-    )
-    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
-
-
-def _undistorted(
-    n: Points, strength: float, strength2: float
-) -> tuple[Points, NDArray[np.float64]]:
-    """Undistort offsets in units of the diameter: (n, 2), and the derivative there, (n, 2, 2)."""
-    q = (n * n).sum(axis=1)
-    denominator = 1 + q * (strength + q * strength2)
-    slope = 2 * (strength + 2 * q * strength2)
-    outer = n[:, :, None] * n[:, None, :] * (slope / denominator**2)[:, None, None]
-    return n / denominator[:, None], np.eye(2) / denominator[:, None, None] - outer
 
 
 def _reduced(luma: NDArray[np.uint8] | NDArray[np.uint16], reduction: int) -> Luma:

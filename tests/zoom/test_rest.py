@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from endocal.zoom.parallax import ScaleStep
 from endocal.zoom.rest import ZoomRest
-from endocal.zoom.track import ScaleStep
 
 FRAME = 0.04
 
@@ -53,3 +53,12 @@ def test_seconds_count_and_not_frames() -> None:
     per_frame = np.full(100, 0.001)
     assert not total(per_frame, seconds=0.04).any()
     assert total(per_frame, seconds=0.02)[-1] == pytest.approx(0.1)
+
+
+def test_what_seemed_a_zoom_at_rest_is_taken_off_the_zoom_that_follows() -> None:
+    # 2.5 % per s for 3 s, which is none, goes on for a second while a real zoom sets in.
+    false, real = np.full(100, 0.025 * FRAME), np.where(np.arange(100) < 75, 0, 0.4 * FRAME)
+    found = total(false + real)
+    # It is forgotten while it goes on: over a second by half, at most.
+    assert found[74] == 0
+    assert found[-1] == pytest.approx(real.sum(), abs=0.5 * 0.025)

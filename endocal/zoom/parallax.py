@@ -1,0 +1,168 @@
+"""Telling a zoom from a camera that comes nearer, by the shape of the scene.
+
+A zoom magnifies the distorted picture by one factor about the distortion centre. A camera that comes nearer
+magnifies the undistorted picture, near things more than far ones: before a cavity, whose walls come nearer
+towards the rim, that looks much like a zoom through a lens with distortion. But a hand also sways, and the
+parallax of that shows how deep the scene is where. So the scene's shape is learned from frame to frame along
+with the motion, and with it the two can be told apart, as well as lens and scene allow.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import DivisionModel
+
+Points = NDArray[np.float64]
+
+_TUKEY = 4.685
+_FIT_ROUNDS = 6
+# The median of a two-dimensional normal residual's length is so many standard deviations.
+_MEDIAN_LENGTH = 1.1774
+# Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
+_SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
+# No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
+_STRAIGHTEST = 0.1
+
+
+@dataclass(frozen=True)
+class MotionSpec:
+    """What is expected of the motion between two frames before looking: one standard deviation each.
+
+    ``zoom`` is a relative scale; ``approach`` and ``shift``, nearer and aside, are in distances to the scene;
+    ``turn`` is in radians. ``shape`` is what is expected of each coefficient of the scene's relative inverse
+    depth, a quadratic in tangents of angles, and ``reshaping`` of its change per frame. ``focal`` is lam f^2
+    of a usual lens, without its sign: where angles map to radii evenly it is 1/3, and real ones lie around.
+    """
+
+    zoom: float = 0.02
+    approach: float = 0.003
+    shift: float = 0.05
+    turn: float = 0.05
+    shape: float = 0.5
+    reshaping: float = 0.003
+    focal: float = 0.36
+
+
+class ScaleStep(NamedTuple):
+    """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation.
+
+    ``approach`` is by how much the camera came nearer meanwhile, in distances to the scene.
+    """
+
+    logarithm: float
+    sigma: float
+    approach: float
+
+
+class SceneShape:
+    """The relative inverse depth of the scene over the field of view, learned while the motion is read."""
+
+    def __init__(self, spec: MotionSpec = MotionSpec()) -> None:
+        self._spec = spec
+        self._shape = np.zeros(5)
+        self._covariance = np.eye(5) * spec.shape**2
+
+    def scale_between(
+        self,
+        before: Points,
+        after: Points,
+        model: DivisionModel,
+        diameter: float,
+        drift: tuple[float, float] = (0.0, 0.0),
+        noise: float = 0.1,
+    ) -> ScaleStep:
+        """Fit the relative scale between matched places, the camera's motion and the shape together.
+
+        ``before`` and ``after`` are (n, 2) offsets from the distortion centre, px; the ``model`` is that of
+        the first frame, at ``diameter`` px, and ``drift`` how its centre moves with the logarithm of the
+        diameter, px; ``noise`` is the least error of a place, px. The camera's motion is taken as small; the
+        zoom need not be. Tukey's biweight keeps out what moves on its own.
+        """
+        spec = self._spec
+        strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
+        bend = max(abs(strength + strength2 / 4), _STRAIGHTEST)
+        focal = math.sqrt(spec.focal / bend)
+        start, _ = _undistorted(before / diameter, strength, strength2)
+        known = self._known()
+        shape, motion, logarithm = self._shape, np.zeros(12), 0.0
+        weight, scale = np.ones(len(before)), 0.0
+        for _ in range(_FIT_ROUNDS):
+            # The later picture, as far as the zoom is known; the rest of it is fitted.
+            zoomed = diameter * math.exp(logarithm)
+            late = after - np.multiply(drift, logarithm)
+            end, stretch = _undistorted(late / zoomed, strength, strength2)
+            # Residuals count in distorted px, where the places were measured.
+            back = zoomed * np.linalg.inv(stretch)
+            shift = np.einsum("nij,nj->ni", back, end - start)
+            flow = _camera_flow((start + end) / 2, focal, shape, motion)
+            design = np.concatenate([back @ flow, (late + drift)[..., None]], axis=2)
+            scale = max(scale or _spread(shift), noise)
+            weighted = design * (weight / scale**2)[:, None, None]
+            covariance = np.linalg.inv(np.einsum("nij,nik->jk", weighted, design) + known)
+            # What is known of shape and zoom counts from where they are now.
+            target = np.einsum("nij,ni->j", weighted, shift)
+            target[_SHAPE] += known[_SHAPE, _SHAPE] @ (self._shape - shape)
+            target[_ZOOM] -= known[_ZOOM, _ZOOM] * logarithm
+            motion = covariance @ target
+            shape = shape + np.clip(motion[_SHAPE], -spec.shape, spec.shape)
+            residual = shift - design @ motion
+            logarithm += float(np.clip(motion[_ZOOM], -spec.zoom * 5, spec.zoom * 5))
+            scale = max(_spread(residual), noise)
+            weight = np.maximum(1 - (residual**2).sum(axis=1) / (_TUKEY * scale) ** 2, 0) ** 2
+        self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
+        sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
+        return ScaleStep(logarithm, sigma, float(motion[_APPROACH]))
+
+    def _known(self) -> NDArray[np.float64]:
+        """Return the inverse covariance of the parameters before looking: (12, 12)."""
+        spec = self._spec
+        sigma = np.array(
+            [spec.turn] * 3 + [spec.shift] * 2 + [spec.approach] + [1.0] * 5 + [spec.zoom]
+        )
+        known = np.diag(sigma**-2.0)
+        known[_SHAPE, _SHAPE] = np.linalg.inv(self._covariance + np.eye(5) * spec.reshaping**2)
+        return known
+
+
+def _camera_flow(
+    places: Points, focal: float, shape: Points, motion: Points
+) -> NDArray[np.float64]:
+    """Return how the undistorted flow depends on all but the zoom, about this shape and motion: (n, 2, 11).
+
+    ``places`` are (n, 2) in units of the diameter, as the flow. Longuet-Higgins and Prazdny (1980,
+    doi:10.1098/rspb.1980.0057): a turn moves all depths alike, a translation by the inverse depth.
+    """
+    x, y = places.T / focal
+    basis = np.stack([x, y, x * x, x * y, y * y], axis=1)
+    near = 1 + basis @ shape
+    out = np.zeros((len(places), 2, 11))
+    out[:, 0, 0], out[:, 1, 0] = focal * (1 + x * x), focal * x * y
+    out[:, 0, 1], out[:, 1, 1] = focal * x * y, focal * (1 + y * y)
+    out[:, 0, 2], out[:, 1, 2] = -focal * y, focal * x
+    out[:, 0, 3] = out[:, 1, 4] = focal * near
+    out[:, :, _APPROACH] = places * near[:, None]
+    along = focal * motion[_SHIFT] + motion[_APPROACH] * places
+    out[:, :, _SHAPE] = along[:, :, None] * basis[:, None, :]
+    return out
+
+
+def _spread(vectors: Points) -> float:
+    """Return the standard deviation of normal vectors (n, 2), by the median of their lengths."""
+    return math.sqrt(float(np.median((vectors**2).sum(axis=1)))) / _MEDIAN_LENGTH
+
+
+def _undistorted(
+    n: Points, strength: float, strength2: float
+) -> tuple[Points, NDArray[np.float64]]:
+    """Undistort offsets in units of the diameter: (n, 2), and the derivative there, (n, 2, 2)."""
+    q = (n * n).sum(axis=1)
+    denominator = 1 + q * (strength + q * strength2)
+    slope = 2 * (strength + 2 * q * strength2)
+    outer = n[:, :, None] * n[:, None, :] * (slope / denominator**2)[:, None, None]
+    return n / denominator[:, None], np.eye(2) / denominator[:, None, None] - outer

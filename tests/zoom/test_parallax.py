@@ -1,0 +1,119 @@
+"""A zoom told from a moving camera, against motions that are known exactly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from endocal.model import DivisionModel
+from endocal.zoom.parallax import MotionSpec, SceneShape
+
+SIZE = (640, 480)
+MIDDLE = (325.0, 236.0)
+DIAMETER = 900.0
+STRENGTH = -1.3
+
+
+def model(diameter: float = DIAMETER) -> DivisionModel:
+    return DivisionModel(STRENGTH / diameter**2, MIDDLE, SIZE)
+
+
+def places(seed: int, count: int = 150) -> np.ndarray:
+    """Places all over the frame, px."""
+    return np.random.default_rng(seed).uniform((10, 10), (630, 470), (count, 2))
+
+
+def moved(
+    before: np.ndarray, logarithm: float, matrix: np.ndarray, depth: np.ndarray | None = None
+) -> np.ndarray:
+    """Zoom after the undistorted picture was moved by a homography, in units of the diameter."""
+    u = (model().undistort(before) - MIDDLE) / DIAMETER
+    ones = np.ones((len(u), 1))
+    v = np.hstack([u, ones]) @ matrix.T
+    v = v[:, :2] / v[:, 2:]
+    after = model().distort(v * DIAMETER + MIDDLE)
+    return (after - MIDDLE) * math.exp(logarithm) + MIDDLE
+
+
+def camera(shift: tuple[float, float], turn: float, nearer: float, tilt: float) -> np.ndarray:
+    """A homography of the undistorted picture."""
+    c, s = math.cos(turn), math.sin(turn)
+    return np.array(
+        [
+            [(1 + nearer) * c, -(1 + nearer) * s, shift[0]],
+            [(1 + nearer) * s, (1 + nearer) * c, shift[1]],
+            [tilt, -tilt, 1.0],
+        ]
+    )
+
+
+@given(
+    logarithm=st.floats(-0.02, 0.02),
+    shift=st.tuples(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01)),
+    turn=st.floats(-0.01, 0.01),
+    nearer=st.floats(-0.008, 0.008),
+    seed=st.integers(0, 50),
+)
+def test_a_zoom_is_told_from_a_camera_that_comes_nearer(
+    logarithm: float, shift: tuple[float, float], turn: float, nearer: float, seed: int
+) -> None:
+    before = places(seed)
+    after = moved(before, logarithm, camera(shift, turn, nearer, 0.002))
+    after += np.random.default_rng(seed).normal(0, 0.05, after.shape)
+    step = SceneShape().scale_between(
+        before - MIDDLE, after - MIDDLE, model(), DIAMETER, noise=0.05
+    )
+    # The motion is linearised: what is left of it is of second order. The rest is noise, as stated.
+    second_order = 2 * (abs(logarithm) + abs(nearer) + abs(turn) + max(map(abs, shift))) ** 2
+    assert abs(step.logarithm - logarithm) < 5 * step.sigma + second_order
+
+
+def test_without_distortion_the_expected_motion_is_believed() -> None:
+    # Nothing tells the two apart: the zoom, of which five times as much is expected, gets 25 of 26 parts.
+    straight = DivisionModel(0.0, MIDDLE, SIZE)
+    before = places(1) - MIDDLE
+    scene = SceneShape(MotionSpec(zoom=0.02, approach=0.004))
+    step = scene.scale_between(before, before * math.exp(0.01), straight, DIAMETER)
+    assert step.logarithm == pytest.approx(0.01 * 25 / 26, rel=0.02)
+    assert step.sigma > 0.003
+
+
+def test_things_that_move_on_their_own_are_left_out() -> None:
+    before = places(2)
+    after = moved(before, 0.01, camera((0.002, 0), 0, 0, 0))
+    after[:45] = before[:45] + np.array([9.0, -4.0])
+    step = SceneShape().scale_between(before - MIDDLE, after - MIDDLE, model(), DIAMETER)
+    assert step.logarithm == pytest.approx(0.01, abs=5e-4)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.006])
+def test_in_a_cavity_a_camera_that_comes_nearer_is_not_taken_for_a_zoom(speed: float) -> None:
+    # Walls that come nearer towards the rim: without their shape, half the approach passes for zoom.
+    rng = np.random.default_rng(4)
+    focal, frames, approach = 0.55 * DIAMETER, 50, 0.12
+    x, y = rng.uniform(-0.8, 0.8, (2, 400))
+    places_3d = np.stack([x, y, 1 - 0.5 * (x * x + y * y)], axis=1)
+
+    def seen(frame: int) -> np.ndarray:
+        """Offsets from the centre at the diameter of the first frame, before the zoom."""
+        along = frame / frames
+        eye = np.array([0.03 * math.sin(6 * along), 0.03 * math.cos(5 * along), approach * along])
+        ray = places_3d - eye
+        undistorted = focal * ray[:, :2] / ray[:, 2:] + MIDDLE
+        return model().distort(undistorted) - MIDDLE
+
+    scene, total, late = SceneShape(), 0.0, 0.0
+    for frame in range(1, frames):
+        before, after = seen(frame - 1), seen(frame) * math.exp(speed)
+        inside = (np.abs(before) < (320, 240)).all(axis=1)
+        after = after + rng.normal(0, 0.05, after.shape)
+        step = scene.scale_between(before[inside], after[inside], model(), DIAMETER, noise=0.05)
+        total += step.logarithm - speed
+        late += (step.logarithm - speed) * (frame > frames // 2)
+    # The sway shows the shape, so that little of the approach is left to mistake.
+    assert abs(total) < 0.15 * approach
+    assert abs(late) < 0.05 * approach
