@@ -133,7 +133,7 @@ def smoothed(residuals: Floats, labels: Labels) -> Floats:
     out = np.empty_like(residuals)
     for line in range(int(labels.max()) + 1):
         own = labels == line
-        out[own] = median_filter(residuals[own], NEIGHBOURS, mode="nearest")
+        out[own] = median_filter(residuals[own], NEIGHBOURS, mode="mirror")
     return out
 
 

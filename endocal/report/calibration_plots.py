@@ -28,6 +28,8 @@ _SLOW = ("heplp", "hewog", "cht")
 _ENLARGED = 6
 # Columns of the map of residuals over the frame; a cell with fewer points than this stays empty.
 _COLUMNS, _FEWEST = 24, 3
+# Its scale of colours ends where so large a share of the cells lies below.
+_SCALE_SHARE = 0.97
 # Histograms reach so many robust standard deviations to both sides.
 _HISTOGRAM_REACH = 5.0
 
@@ -54,8 +56,13 @@ def histogram(residuals: Floats, sigma: float) -> Html:
     )
 
 
-def residual_map(points: Floats, residuals: Floats, size: tuple[float, float]) -> Html:
-    """Return the map of the residuals' robust size, px, over the frame of ``size`` px."""
+def spread_over_frame(
+    points: Floats, residuals: Floats, size: tuple[float, float]
+) -> tuple[Floats, Floats, Floats]:
+    """Return the robust standard deviation of residuals (n,) in the cells of a grid over the frame.
+
+    As the edges of the cells in x and in y, px, and an array (rows, columns); NaN in cells with few points.
+    """
     rows = max(1, round(_COLUMNS * size[1] / size[0]))
     x, y = np.linspace(0, size[0], _COLUMNS + 1), np.linspace(0, size[1], rows + 1)
     cell = np.clip((points // (x[1], y[1])).astype(np.intp), 0, (_COLUMNS - 1, rows - 1))
@@ -66,15 +73,25 @@ def residual_map(points: Floats, residuals: Floats, size: tuple[float, float]) -
     for i, values in zip(cells, np.split(residuals[order], starts[1:]), strict=True):
         if len(values) >= _FEWEST:
             spread[i] = robust_sigma(values)
+    return x, y, spread.reshape(rows, _COLUMNS)
+
+
+def residual_map(points: Floats, residuals: Floats, size: tuple[float, float]) -> Html:
+    """Return the map of the residuals' robust size, px, over the frame of ``size`` px."""
+    x, y, spread = spread_over_frame(points, residuals, size)
+    known = spread[np.isfinite(spread)]
+    worst = float(known.max()) if len(known) else 0.0
+    # A few cells on what is no line must not make all others pale.
+    top = float(np.quantile(known, _SCALE_SHARE)) if len(known) else 1.0
 
     def draw(axes: Any) -> None:
-        mesh = axes.pcolormesh(x, y, spread.reshape(rows, _COLUMNS), cmap=heat(), vmin=0)
+        mesh = axes.pcolormesh(x, y, spread, cmap=heat(), vmin=0, vmax=top)
         _as_frame(axes, size)
-        bar = axes.figure.colorbar(mesh, ax=axes, shrink=0.85, pad=0.02)
+        more = "max" if worst > top else "neither"
+        bar = axes.figure.colorbar(mesh, ax=axes, shrink=0.85, pad=0.02, extend=more)
         bar.outline.set_visible(False)
         bar.set_label("px", color=SOFT)
 
-    worst = float(np.nanmax(spread)) if np.isfinite(spread).any() else 0.0
     return plot(
         draw, f"Map of the residuals over the frame: at most {worst:.3f} px in any part of it."
     )

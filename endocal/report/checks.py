@@ -45,7 +45,8 @@ def checks(e: Evidence) -> list[Check]:
         ),
         Check(
             "Edges that lie on these lines",
-            f"{e.explained:.0%}" + (", on a chessboard" if e.board else ", no chessboard seen"),
+            f"{min(e.explained, 1):.0%}"
+            + (", on a chessboard" if e.board else ", no chessboard seen"),
             f"{explained:.0%} or more",
             e.explained >= explained,
         ),
