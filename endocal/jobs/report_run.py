@@ -36,7 +36,7 @@ def correct_and_report(
         report = correct(logging, progress)
         log = logging.zoom_log
         zoom = zoom_history(log) if log is not None and report.frames else None
-    write_page(_page(report, zoom), page, spec.overwrite)
+    write_page(_page(report, zoom, _calibrated(spec, report)), page, spec.overwrite)
     return report
 
 
@@ -64,7 +64,19 @@ def _with_log(spec: CorrectionSpec) -> Iterator[CorrectionSpec]:
         yield replace(spec, zoom_log=str(Path(folder) / "zoom.csv"))
 
 
-def _page(report: CorrectionReport, zoom: ZoomHistory | None) -> Html:
+def _calibrated(spec: CorrectionSpec, report: CorrectionReport) -> tuple[float, float] | None:
+    """The diameters that the zoom table spans, px of the frames that were corrected."""
+    lens = load(spec.calibration)
+    if not isinstance(lens, ZoomTable):
+        return None
+    # A diameter counts in px of the frame's height.
+    scale = report.size_in[1] / lens.size[1]
+    return lens.settings[0].diameter * scale, lens.settings[-1].diameter * scale
+
+
+def _page(
+    report: CorrectionReport, zoom: ZoomHistory | None, calibrated: tuple[float, float] | None
+) -> Html:
     rate = report.frames / report.seconds if report.seconds else 0.0
     (w, h), (wide, high) = report.size_in, report.size_out
     facts = [
@@ -77,5 +89,5 @@ def _page(report: CorrectionReport, zoom: ZoomHistory | None) -> Html:
     ]
     if report.duration is not None:
         facts.insert(2, ("length", duration(report.duration)))
-    run = Run(facts, report.notes, report.warnings)
+    run = Run(facts, report.notes, report.warnings, calibrated)
     return run_page(f"Correction: {Path(report.input).name}", zoom, run)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import page as p
-from .figures import BLUE, GREEN, ORANGE, RED, VIOLET, plot
+from .figures import BLUE, GREEN, ORANGE, RED, TINT, VIOLET, plot
 from .numbers import duration
 
 Floats = NDArray[np.float64]
@@ -22,7 +22,7 @@ _MEANINGS = {
     "rim": "the rim was seen in the frame",
     "given": "given, by a record or an option",
     "tracked": "the rim was out of the frame; the picture itself was followed",
-    "held": "neither told it in this frame; held from before",
+    "held": "not seen in this frame; held from before",
 }
 # A diameter less sure than this, relative, leaves lambda unsure by twice as much.
 UNSURE = 0.03
@@ -51,18 +51,22 @@ class ZoomHistory:
 
 @dataclass(frozen=True)
 class Run:
-    """What there is to say of a correction: (label, words) facts, notes, and warnings about the input."""
+    """What there is to say of a correction: (label, words) facts, notes, and warnings about the input.
+
+    ``calibrated``: the smallest and the largest diameter of the zoom table's settings, px of these frames.
+    """
 
     facts: Sequence[tuple[str, str]] = ()
     notes: Sequence[str] = ()
     warnings: Sequence[str] = ()
+    calibrated: tuple[float, float] | None = None
 
 
 def run_page(name: str, zoom: ZoomHistory | None, run: Run = Run()) -> p.Html:
     """Return the page of a correction, or of a zoom log, that goes by ``name``."""
     parts = [_verdict(zoom, run)]
     if zoom is not None:
-        parts += [p.tiles(_tiles(zoom)), _over_time(zoom), _shares(zoom)]
+        parts += [p.tiles(_tiles(zoom)), _over_time(zoom, run.calibrated), _shares(zoom)]
     if run.facts:
         parts.append(p.section("The run", p.facts(run.facts)))
     if run.notes:
@@ -104,9 +108,12 @@ def _tiles(zoom: ZoomHistory) -> list[tuple[str, str, str]]:
     return tiles
 
 
-def _over_time(zoom: ZoomHistory) -> p.Html:
+def _over_time(zoom: ZoomHistory, calibrated: tuple[float, float] | None) -> p.Html:
     short = _shortened(zoom)
-    shown = [p.figure(_diameter_plot(short), "Diameter of the visible circle.")]
+    words = "Diameter of the visible circle."
+    if calibrated is not None:
+        words += " The shaded band is the zoom that was calibrated; outside it the law is followed."
+    shown = [p.figure(_diameter_plot(short, calibrated), words)]
     if np.isfinite(zoom.lam).any():
         shown.append(
             p.figure(_line_plot(short, 1e6 * short.lam, "λ, 10⁻⁶ px⁻²"), "λ that was used.")
@@ -142,8 +149,10 @@ def _shares(zoom: ZoomHistory) -> p.Html:
     return p.section("Where the zoom came from", p.table(heads, rows))
 
 
-def _diameter_plot(zoom: ZoomHistory) -> p.Html:
+def _diameter_plot(zoom: ZoomHistory, calibrated: tuple[float, float] | None) -> p.Html:
     def draw(axes: Any) -> None:
+        if calibrated is not None:
+            axes.axhspan(*calibrated, color=TINT, alpha=0.5, lw=0)
         if np.isfinite(zoom.uncertainty).any():
             spread = np.nan_to_num(zoom.uncertainty) * zoom.diameter
             axes.fill_between(

@@ -34,6 +34,8 @@ def test_the_page_of_a_zooming_clip(endocal: Runner, sample_data: Path, tmp_path
     low, high = map(int, re.search(r"circle (\d+) to (\d+) px wide", text).groups())  # type: ignore[union-attr]
     assert (low, high) == (pytest.approx(384, abs=2), pytest.approx(691, abs=7))
     assert page.read_text().count("<svg") == 3
+    assert "The shaded band is the zoom that was calibrated" in text
+    assert "var(--tint)" in page.read_text()
     # With a log of one's own, the log stays.
     log = tmp_path / "log.csv"
     done = endocal(
