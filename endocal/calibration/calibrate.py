@@ -12,10 +12,11 @@ from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .fit import covariance
+from .measured_fit import MODEL_HOLDS, Refined, departure_from_model, misfit_of_views
 from .methods.registry import method_named
 from .objective import task_of
 from .quality import Evidence, judge
-from .refine import Refined, best_start, misfit_of_views, reach_of, refine
+from .refine import best_start, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
 from .search import Found
@@ -201,6 +202,7 @@ def _evidence(
     mix[0] = 1.0
     if len(mix) > 3:
         mix[3] = 0.5 * radius**2
+    departure = departure_from_model(fit, m.labels)
     inlying = np.abs(fit.residuals) < OUTLYING * max(fit.sigma, 0.02)
     before = residuals(m.points, m.labels, np.array([0.0, *fit.params[1:3]]), sides=m.sides)
     return Evidence(
@@ -218,6 +220,7 @@ def _evidence(
         short_side=min(scene.square_size),
         explained=len(m.points) / max(sum(len(view.edges) for view in scene.views), 1),
         board=refined.board,
+        bend=departure.bend if departure.ratio > MODEL_HOLDS else 0.0,
         second=len(fit.params) > 3,
         astray=_astray(scene, fit.params),
     )

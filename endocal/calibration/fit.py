@@ -36,7 +36,8 @@ class Fit:
     """A fit of (lam, cx, cy[, lam2]).
 
     ``residuals`` (m,) px; ``jacobian`` (m, k): theirs by the parameters that were free, whose places in
-    the vector are ``free``; ``sigma`` px: the robust standard deviation; ``softness`` px: see fit_model.
+    the vector are ``free``; ``sigma`` px: the robust standard deviation; ``softness`` px and ``trust`` (m,):
+    see fit_model.
     """
 
     params: Floats
@@ -45,6 +46,7 @@ class Fit:
     free: list[int]
     sigma: float
     softness: float
+    trust: Floats
 
 
 def robust_sigma(values: Floats) -> float:
@@ -62,6 +64,7 @@ def fit_model(
     sides: Floats | None = None,
     rounds: int = 30,
     monotonic: float = 0.0,
+    trust: Floats | None = None,
 ) -> Fit:
     """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
 
@@ -69,12 +72,14 @@ def fit_model(
     ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
     leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
     from both sides; for the others it is one length for all, in px. The two-parameter model is kept from
-    folding within ``monotonic`` px of the centre.
+    folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in the mean, weighs the points.
     """
+    trust = np.ones(len(points)) if trust is None else trust
+    root = np.sqrt(trust)
     free = [i for i in range(len(start)) if not (prior.fixed and i in (1, 2))]
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
     pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
-    weights = np.ones(len(points))
+    weights = trust
     one_sided = np.zeros(len(points)) if sides is None else sides - two_sided(sides, labels)
     grows = bool(one_sided.min() < 0 < one_sided.max())
 
@@ -92,11 +97,11 @@ def fit_model(
         if not prior.fixed:
             beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
         r = residuals(points, labels, at, weights, sides, growth)
-        return np.concatenate([r, pull * np.array(beliefs)])
+        return np.concatenate([root * r, pull * np.array(beliefs)])
 
     n = len(points)
     x = np.zeros(len(free) + grows)
-    weights = 1 / (1 + (misfit(x)[:n] / softness) ** 2)
+    weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
     solution = least_squares(
         misfit,
         x,
@@ -109,10 +114,11 @@ def fit_model(
         ftol=1e-9,
         max_nfev=rounds,
     )
-    r = misfit(solution.x)[:n]
+    r = misfit(solution.x)[:n] / root
     # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
-    plain = np.stack([_slope(misfit, solution.x, i)[:n] for i in range(len(free))], axis=1)
-    return Fit(params(solution.x), r, plain / unit, free, robust_sigma(r), softness)
+    slopes = [_slope(misfit, solution.x, i)[:n] / root for i in range(len(free))]
+    plain = np.stack(slopes, axis=1) / unit
+    return Fit(params(solution.x), r, plain, free, robust_sigma(r), softness, trust)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
@@ -148,10 +154,12 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     """
     count = int(labels.max()) + 1
     # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
+    root = np.sqrt(fit.trust)
     unit = np.maximum(np.abs(fit.jacobian).max(axis=0), 1e-100)
-    j = fit.jacobian / unit
-    size = (fit.residuals / fit.softness) ** 2
-    influence = fit.residuals / (1 + size)
+    j = root[:, None] * fit.jacobian / unit
+    weighted = root * fit.residuals
+    size = (weighted / fit.softness) ** 2
+    influence = weighted / (1 + size)
     curvature = (1 - size) / (1 + size) ** 2
     k = j.shape[1]
     scores = np.stack([np.bincount(labels, influence * j[:, i], count) for i in range(k)], axis=1)

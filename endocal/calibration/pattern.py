@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from .lattice import Crossings, joined
 from .profiles import Measured
 from .straightness import Floats, Labels, Undistorted, fit_lines
 
@@ -21,17 +22,30 @@ FEWEST_BOARD_LINES = 6
 # Two lines that change sides within this many px of each other cross there: near a crossing the edge is
 # too weak to be measured, so that either change is known to a few px.
 CROSSING = 8.0
+# The direction of a line at a crossing is taken over so many profiles to both sides.
+DIRECTION = 6
+# Two lines that cross at a smaller angle than this one's sine are pieces of one.
+LEAST_SINE = 0.2
 # A line goes on beyond its last crossing by one square, which perspective may stretch by this much.
 LAST_SQUARE = 1.4
 
 
 @dataclass(frozen=True)
 class _Changes:
-    """Where lines change sides: places (m, 2) px, line labels (m,), indices (m,) into the points."""
+    """Where lines change sides: places (m, 2) px, line labels (m,), indices (m,) into the points.
+
+    In order along the lines, whose directions there, unit vectors (m, 2), are ``ways``.
+    """
 
     places: Floats
     labels: Labels
     index: Labels
+    ways: Floats
+
+    @property
+    def rank(self) -> Labels:
+        """The number of each change on its line."""
+        return np.arange(len(self.labels)) - np.searchsorted(self.labels, self.labels)
 
 
 def on_board(measured: Measured) -> NDArray[np.bool_] | None:
@@ -55,6 +69,37 @@ def on_board(measured: Measured) -> NDArray[np.bool_] | None:
     return _between_crossings(measured, changes, crossing, board)
 
 
+def join_pieces(measured: Measured) -> Measured:
+    """Give one label to the pieces of each line of a chessboard, where a model broke it."""
+    if len(measured.points) == 0:
+        return measured
+    changes = _changes_of_side(measured)
+    pairs = _meetings(changes)
+    if len(pairs) == 0:
+        return measured
+    turn = np.sign(_sine(changes, pairs)).astype(np.intp)
+    places = changes.places[pairs].mean(axis=1)
+    crossings = Crossings(changes.labels[pairs], changes.rank[pairs], turn, places)
+    count = int(measured.labels.max()) + 1
+    becomes = joined(crossings, count)
+    if np.array_equal(becomes, np.arange(count)):
+        return measured
+    return _in_order(measured, becomes[measured.labels])
+
+
+def _in_order(measured: Measured, labels: Labels) -> Measured:
+    """The points with new labels, numbered from 0, in order along the chords of their lines."""
+    labels = np.unique(labels, return_inverse=True)[1].astype(np.intp)
+    along = np.empty(len(labels))
+    for line in range(int(labels.max()) + 1):
+        own = labels == line
+        middle = measured.points[own].mean(axis=0)
+        chord = np.linalg.svd(measured.points[own] - middle, full_matrices=False)[2][0]
+        along[own] = (measured.points[own] - middle) @ chord
+    order = np.lexsort((along, labels))
+    return Measured(measured.points[order], labels[order], measured.sides[order])
+
+
 def _changes_of_side(measured: Measured) -> _Changes:
     new_line = np.diff(measured.labels, prepend=-1) != 0
     starts = np.flatnonzero(new_line | (np.diff(measured.sides, prepend=0) != 0))
@@ -64,19 +109,41 @@ def _changes_of_side(measured: Measured) -> _Changes:
     label, side = measured.labels[starts], measured.sides[starts]
     changed = (label[1:] == label[:-1]) & (side[1:] != side[:-1])
     before, after = measured.points[ends[:-1] - 1], measured.points[starts[1:]]
-    return _Changes(((before + after) / 2)[changed], label[1:][changed], starts[1:][changed])
+    index, labels = starts[1:][changed], label[1:][changed]
+    return _Changes(((before + after) / 2)[changed], labels, index, _ways(measured, index, labels))
+
+
+def _ways(measured: Measured, index: Labels, labels: Labels) -> Floats:
+    """The directions, unit vectors (m, 2), in which the points of lines follow each other at ``index``."""
+    first = np.searchsorted(measured.labels, labels)
+    last = np.searchsorted(measured.labels, labels, side="right") - 1
+    ahead = measured.points[np.minimum(index + DIRECTION, last)]
+    way = ahead - measured.points[np.maximum(index - DIRECTION, first)]
+    return way / np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
+
+
+def _meetings(changes: _Changes) -> Labels:
+    """Pairs (k, 2) of changes of different lines at one place."""
+    pairs = cKDTree(changes.places).query_pairs(CROSSING, output_type="ndarray").reshape(-1, 2)
+    different = changes.labels[pairs[:, 0]] != changes.labels[pairs[:, 1]]
+    return np.asarray(pairs[different & (np.abs(_sine(changes, pairs)) > LEAST_SINE)], np.intp)
+
+
+def _sine(changes: _Changes, pairs: Labels) -> Floats:
+    """The sine (k,) of the angle from the first line's direction to the second's."""
+    (ax, ay), (bx, by) = changes.ways[pairs[:, 0]].T, changes.ways[pairs[:, 1]].T
+    return np.asarray(ax * by - ay * bx)
 
 
 def _crossings(
     changes: _Changes, count: int, among: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which changes (m,) are crossings of two lines, and which lines (n,) hang together by them."""
-    pairs = cKDTree(changes.places).query_pairs(CROSSING, output_type="ndarray").reshape(-1, 2)
-    a, b = changes.labels[pairs[:, 0]], changes.labels[pairs[:, 1]]
-    real = a != b
+    pairs = _meetings(changes)
+    a, b = changes.labels[pairs].T
     if among is not None:
-        real &= among[a] & among[b]
-    pairs, a, b = pairs[real], a[real], b[real]
+        real = among[a] & among[b]
+        pairs, a, b = pairs[real], a[real], b[real]
     graph = coo_array((np.ones(len(a)), (a, b)), shape=(count, count))
     _, component = connected_components(graph, directed=False)
     largest = np.bincount(component[a], minlength=1).argmax() if len(a) else 0
@@ -92,14 +159,16 @@ def _between_crossings(
     board: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
     keep = np.zeros(len(measured.points), bool)
+    steps = np.linalg.norm(np.diff(measured.points, axis=0, prepend=measured.points[:1]), axis=1)
+    along = np.cumsum(steps)
     for line in np.flatnonzero(board):
         own = np.flatnonzero(measured.labels == line)
-        at = np.sort(changes.index[crossing & (changes.labels == line)])
+        at = np.sort(along[changes.index[crossing & (changes.labels == line)]])
         if len(at) < FEWEST_CROSSINGS:  # the last line that it met has just been dropped
             continue
         first = at[0] - LAST_SQUARE * (at[1] - at[0])
         last = at[-1] + LAST_SQUARE * (at[-1] - at[-2])
-        keep[own[(own >= first) & (own <= last)]] = True
+        keep[own[(along[own] >= first) & (along[own] <= last)]] = True
     return keep
 
 

@@ -23,6 +23,8 @@ SIGNIFICANT = 3.0
 # Straightness, px of a 540-line frame, that noise and blur do not explain.
 ROUGH = 0.6
 FAILED_ROUGH = 2.5
+# How far, px of a 540-line frame, lines stay bent that the model cannot straighten.
+BENT = 0.15
 # Without a chessboard nothing but straightness says that the lines are lines: it must be good.
 ROUGH_WITHOUT_BOARD = 0.35
 # The part of the edge points that the lines explain.
@@ -50,6 +52,7 @@ class Evidence:
     short_side: float
     explained: float  # share of edge points on lines
     board: bool  # whether a chessboard was seen
+    bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
     astray: float = (
         0.0  # of the centre from the frame's middle, in standard deviations of the prior
@@ -71,10 +74,14 @@ def judge(e: Evidence) -> Quality:
     rough = e.rms / max(1.0, e.short_side / 540)
     if rough > FAILED_ROUGH:
         failed.append(f"the lines stay {e.rms:.2f} px from straight: the model does not fit them")
+    elif e.bend > BENT * max(1.0, e.short_side / 540):
+        doubts.append(
+            f"residuals above noise: lines stay bent by {e.bend:.2f} px, as this model cannot straighten them"
+            + ("" if e.second else "; --model division2 may")
+        )
     elif rough > ROUGH:
         doubts.append(
-            f"residuals above noise: the lines stay {e.rms:.2f} px from straight"
-            + ("" if e.second else "; --model division2 may fit")
+            f"the edges are noisy: they lie {e.rms:.2f} px from straight lines; a sharper picture tells more"
         )
     if not e.board and rough > ROUGH_WITHOUT_BOARD:
         failed.append(

@@ -1,22 +1,20 @@
-"""From edge points to a model: starting points, grouping into lines, measuring them, the final fit.
+"""From edge points to a model: starting points, grouping into lines, then the fit of what is measured.
 
-All coordinates are in square pixels. A *view* is one picture, or one field of an interlaced one: the
-views of a lens share its model, and keep their lines apart.
+All coordinates are in square pixels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .edges import EdgePoints
-from .fit import Fit, Prior, fit_model, robust_sigma
+from .fit import Prior, fit_model
 from .lines import Grouping, LineSpec, group
-from .pattern import merge_twins, on_board
-from .picture import Grey
-from .profiles import Measured, measure, smooth_for_profiles
+from .measured_fit import Refined, View, fit_measured
+from .pattern import merge_twins
 from .straightness import Floats, Labels
 
 # Where the fit is started besides the search's answer: lambda times the squared reach of the points.
@@ -31,35 +29,12 @@ GROUP_ROUNDS = (2.0, 1.5)
 SHORTEST_SPAN = 0.08
 FEWEST_POINTS = 25
 FEWEST_LINES = 3
-# Profiles reach this far to both sides of a line, px, and lines nearer than TWINS px are one.
-PROFILE_REACH = 3
 # Two starts that end this near to each other, as a share of the reach, ended in one place; and a model
 # that moved by less than STABLE would group the points as before. At most so many groupings.
 ALIKE, STABLE = 0.015, 0.003
 MOST_PASSES = 3
+# Lines nearer to each other than this, px, are one.
 TWINS = 1.0
-
-
-@dataclass(frozen=True)
-class View:
-    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture."""
-
-    grey: Grey
-    edges: EdgePoints
-    picture: int = 0
-
-
-@dataclass(frozen=True)
-class Refined:
-    """A fit with the measured points it rests on.
-
-    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen.
-    """
-
-    fit: Fit
-    measured: Measured
-    view: Labels
-    board: bool
 
 
 def reach_of(views: Sequence[View], center: tuple[float, float]) -> float:
@@ -164,51 +139,7 @@ def _refined_once(
     for view, g in zip(views, groups, strict=True):
         found, own = view.edges.points[g.assigned], g.labels[g.assigned]
         lines.append((found, merge_twins(found, own, params, TWINS) if g.count else own))
-    smooth = [smooth_for_profiles(view.grey) for view in views]
-    for _ in range(2):
-        parts = [
-            _measured(s, *line, params) if len(line[0]) else Measured.none()
-            for s, line in zip(smooth, lines, strict=True)
-        ]
-        boards = [on_board(part) for part in parts]
-        parts = [
-            part if board is None else part.take(board)
-            for part, board in zip(parts, boards, strict=True)
-        ]
-        everything, view_of = _joined(parts)
-        if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
-            return None
-        fit = _fit(everything, params, reach, prior, max(0.1, sigma), content)
-        params, sigma = fit.params, fit.sigma
-        lines = [(part.points, part.labels) for part in parts]
-    fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
-    return Refined(fit, everything, view_of, any(board is not None for board in boards))
-
-
-def _fit(
-    m: Measured, start: Floats, reach: float, prior: Prior, softness: float, content: float
-) -> Fit:
-    return fit_model(m.points, m.labels, start, reach, prior, softness, m.sides, monotonic=content)
-
-
-def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float) -> list[float]:
-    """For each view, its robust residual under the common model over that under one of its own."""
-    out = []
-    for view in range(int(refined.view.max()) + 1):
-        own = refined.view == view
-        if not own.any():
-            out.append(1.0)
-            continue
-        fit, m = refined.fit, refined.measured.take(own)
-        alone = _fit(m, fit.params, reach, prior, fit.softness, content)
-        # Below a tenth of a px a lens is no other lens.
-        out.append(max(robust_sigma(fit.residuals[own]), 0.1) / max(alone.sigma, 0.1))
-    return out
-
-
-def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
-    measured = measure(smooth, points, labels, params, PROFILE_REACH)
-    return measured.take(np.ones(len(measured.points), bool))
+    return fit_measured(views, lines, params, sigma, reach, prior, content)
 
 
 def _scouts(edges: EdgePoints, share: float) -> EdgePoints:
@@ -230,17 +161,3 @@ def _on_lines(views: Sequence[View], groups: Sequence[Grouping]) -> tuple[Floats
         labels.append(g.labels[g.assigned] + count)
         count += g.count
     return np.concatenate(points), np.concatenate(labels)
-
-
-def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:
-    count = 0
-    labels = []
-    for part in parts:
-        labels.append(part.labels + count)
-        count += int(part.labels.max()) + 1 if len(part.labels) else 0
-    joined = Measured(
-        np.concatenate([p.points for p in parts]),
-        np.concatenate(labels),
-        np.concatenate([p.sides for p in parts]),
-    )
-    return joined, np.repeat(np.arange(len(parts)), [len(p.points) for p in parts])

@@ -15,8 +15,8 @@ from ..errors import CalibrationError, InputError, UsageError
 from .content import content_mask
 from .edges import EdgePoints, find_edges
 from .fit import Prior
+from .measured_fit import View
 from .picture import Grey, Mask, Picture, fields, to_grey
-from .refine import View
 from .spec import CalibrationSpec
 from .straightness import Floats
 

@@ -1,0 +1,166 @@
+"""The final fit: lines measured on profiles, told from what is no board, and fitted, in rounds.
+
+All coordinates are in square pixels. A *view* is one picture, or one field of an interlaced one: the
+views of a lens share its model, and keep their lines apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .edges import EdgePoints
+from .fit import Fit, Prior, fit_model, robust_sigma
+from .misfit import Misfit, misfit, trust_by_magnification
+from .pattern import join_pieces, on_board
+from .picture import Grey
+from .profiles import FINE, WIDE, Measured, measure, smooth_for_profiles
+from .straightness import Floats, Labels
+
+# Lines that a fit needs at least.
+FEWEST_LINES = 3
+# Profiles reach this far to both sides of a line, px.
+PROFILE_REACH = 3
+# The rounds: the first measures where the model says that lines run, others where they were measured. A
+# third one is for lines that the second joined from pieces.
+MOST_ROUNDS = 3
+# Where averages along lines are noisier than this, px, noise is worse than what smoothing blends in.
+NOISY = 0.05
+# A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
+# rounds find the weights of its points, and a residual is an outlier so many times later.
+MODEL_HOLDS = 1.0
+CORRECTED_ROUNDS = 3
+CORRECTED_SOFTNESS = 2.0
+# Residuals beyond this many softnesses of the fit are none of its lines'.
+OUTLYING = 3.0
+
+
+@dataclass(frozen=True)
+class View:
+    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture."""
+
+    grey: Grey
+    edges: EdgePoints
+    picture: int = 0
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A fit with the measured points it rests on.
+
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen.
+    """
+
+    fit: Fit
+    measured: Measured
+    view: Labels
+    board: bool
+
+
+def fit_measured(
+    views: Sequence[View],
+    lines: Sequence[tuple[Floats, Labels]],
+    params: Floats,
+    sigma: float,
+    reach: float,
+    prior: Prior,
+    content: float,
+) -> Refined | None:
+    """Measure the lines of each view, points (n, 2) and labels (n,), and fit the model to all of them.
+
+    ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
+    """
+    smooth = [smooth_for_profiles(view.grey, FINE) for view in views]
+    for number in range(MOST_ROUNDS):
+        measured = [
+            _measured(s, *line, params, number > 0) for s, line in zip(smooth, lines, strict=True)
+        ]
+        whole = [join_pieces(part) for part in measured]
+        boards = [on_board(part) for part in whole]
+        parts = [
+            part if board is None else part.take(board)
+            for part, board in zip(whole, boards, strict=True)
+        ]
+        everything, view_of = _joined(parts)
+        if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
+            return None
+        fit = _fit(everything, params, reach, prior, max(0.1, sigma), content)
+        params, sigma = fit.params, fit.sigma
+        lines = [(part.points, part.labels) for part in parts]
+        if number == 0 and _misfit(fit, everything).noise > NOISY:
+            smooth = [smooth_for_profiles(view.grey, WIDE) for view in views]
+        elif number > 0 and all(a is b for a, b in zip(measured, whole, strict=True)):
+            break
+    fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
+    fit = _fit_corrected(everything, fit, reach, prior, content)
+    return Refined(fit, everything, view_of, any(board is not None for board in boards))
+
+
+def _misfit(fit: Fit, m: Measured) -> Misfit:
+    return misfit(fit.residuals, m.labels, OUTLYING * fit.softness)
+
+
+def _fit_corrected(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit again where the lens departs from the model: by straightness in the corrected picture."""
+    ratio = _misfit(fit, m).ratio
+    if ratio < MODEL_HOLDS:
+        return fit
+    softness = CORRECTED_SOFTNESS * fit.softness
+    for _ in range(CORRECTED_ROUNDS):
+        trust = trust_by_magnification(m.points, m.labels, fit.params, ratio)
+        fit = _fit(m, fit.params, reach, prior, softness, content, trust)
+    return fit
+
+
+def _fit(
+    m: Measured,
+    start: Floats,
+    reach: float,
+    prior: Prior,
+    softness: float,
+    content: float,
+    trust: Floats | None = None,
+) -> Fit:
+    return fit_model(
+        m.points, m.labels, start, reach, prior, softness, m.sides, monotonic=content, trust=trust
+    )
+
+
+def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float) -> list[float]:
+    """For each view, its robust residual under the common model over that under one of its own."""
+    out = []
+    for view in range(int(refined.view.max()) + 1):
+        own = refined.view == view
+        if not own.any():
+            out.append(1.0)
+            continue
+        fit, m = refined.fit, refined.measured.take(own)
+        alone = _fit(m, fit.params, reach, prior, fit.softness, content)
+        # Below a tenth of a px a lens is no other lens.
+        out.append(max(robust_sigma(fit.residuals[own]), 0.1) / max(alone.sigma, 0.1))
+    return out
+
+
+def _measured(
+    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool
+) -> Measured:
+    if len(points) == 0:
+        return Measured.none()
+    measured = measure(smooth, points, labels, params, PROFILE_REACH, follow)
+    return measured.take(np.ones(len(measured.points), bool))
+
+
+def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:
+    count = 0
+    labels = []
+    for part in parts:
+        labels.append(part.labels + count)
+        count += int(part.labels.max()) + 1 if len(part.labels) else 0
+    joined = Measured(
+        np.concatenate([p.points for p in parts]),
+        np.concatenate(labels),
+        np.concatenate([p.sides for p in parts]),
+    )
+    return joined, np.repeat(np.arange(len(parts)), [len(p.points) for p in parts])
