@@ -13,11 +13,11 @@ import numpy as np
 
 from .edges import EdgePoints
 from .fit import Fit, Prior, fit_model, robust_sigma
-from .misfit import Misfit, misfit, trust_by_magnification
+from .misfit import misfit, trust_by_magnification
 from .pattern import join_pieces, on_board
 from .picture import Grey
 from .profiles import FINE, WIDE, Measured, measure, smooth_for_profiles
-from .straightness import Floats, Labels
+from .straightness import Floats, Labels, residuals
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
@@ -26,12 +26,14 @@ PROFILE_REACH = 3
 # The rounds: the first measures where the model says that lines run, others where they were measured. A
 # third one is for lines that the second joined from pieces.
 MOST_ROUNDS = 3
+# A fit that is not the last does with so many points: neighbours on a line tell much the same.
+ENOUGH_POINTS = 4000
 # Where averages along lines are noisier than this, px, noise is worse than what smoothing blends in.
 NOISY = 0.05
 # A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
 # rounds find the weights of its points, and a residual is an outlier so many times later.
 MODEL_HOLDS = 1.0
-CORRECTED_ROUNDS = 3
+CORRECTED_ROUNDS = 2
 CORRECTED_SOFTNESS = 2.0
 # Residuals beyond this many softnesses of the fit are none of its lines'.
 OUTLYING = 3.0
@@ -86,10 +88,11 @@ def fit_measured(
         everything, view_of = _joined(parts)
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
-        fit = _fit(everything, params, reach, prior, max(0.1, sigma), content)
+        few = everything.thinned(ENOUGH_POINTS)
+        fit = _fit(few, params, reach, prior, max(0.1, sigma), content)
         params, sigma = fit.params, fit.sigma
         lines = [(part.points, part.labels) for part in parts]
-        if number == 0 and _misfit(fit, everything).noise > NOISY:
+        if number == 0 and _noise(everything, fit) > NOISY:
             smooth = [smooth_for_profiles(view.grey, WIDE) for view in views]
         elif number > 0 and all(a is b for a, b in zip(measured, whole, strict=True)):
             break
@@ -98,19 +101,20 @@ def fit_measured(
     return Refined(fit, everything, view_of, any(board is not None for board in boards))
 
 
-def _misfit(fit: Fit, m: Measured) -> Misfit:
-    return misfit(fit.residuals, m.labels, OUTLYING * fit.softness)
+def _noise(m: Measured, fit: Fit) -> float:
+    off = residuals(m.points, m.labels, fit.params, sides=m.sides)
+    return misfit(off, m.labels, OUTLYING * fit.softness).noise
 
 
 def _fit_corrected(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
     """Fit again where the lens departs from the model: by straightness in the corrected picture."""
-    ratio = _misfit(fit, m).ratio
+    ratio = misfit(fit.residuals, m.labels, OUTLYING * fit.softness).ratio
     if ratio < MODEL_HOLDS:
         return fit
     softness = CORRECTED_SOFTNESS * fit.softness
-    for _ in range(CORRECTED_ROUNDS):
-        trust = trust_by_magnification(m.points, m.labels, fit.params, ratio)
-        fit = _fit(m, fit.params, reach, prior, softness, content, trust)
+    for part in (m.thinned(ENOUGH_POINTS),) * CORRECTED_ROUNDS + (m,):
+        trust = trust_by_magnification(part.points, part.labels, fit.params, ratio)
+        fit = _fit(part, fit.params, reach, prior, softness, content, trust)
     return fit
 
 

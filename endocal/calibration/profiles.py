@@ -52,6 +52,13 @@ class Measured:
         labels = np.unique(self.labels[chosen], return_inverse=True)[1].astype(np.intp)
         return Measured(self.points[chosen], labels, self.sides[chosen])
 
+    def thinned(self, most: int) -> Measured:
+        """Return every second, third, … point, so that about ``most`` remain."""
+        step = len(self.points) // most
+        if step < 2:
+            return self
+        return self.take(np.arange(len(self.points)) % step == 0)
+
 
 def smooth_for_profiles(grey: Grey, sigma: float) -> Grey:
     """The picture that ``measure`` samples, smoothed by ``sigma`` px."""

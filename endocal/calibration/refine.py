@@ -13,7 +13,7 @@ import numpy as np
 from .edges import EdgePoints
 from .fit import Prior, fit_model
 from .lines import Grouping, LineSpec, group
-from .measured_fit import Refined, View, fit_measured
+from .measured_fit import ENOUGH_POINTS, Refined, View, fit_measured
 from .pattern import merge_twins
 from .straightness import Floats, Labels
 
@@ -131,7 +131,8 @@ def _refined_once(
         points, labels = _on_lines(views, groups)
         if len(points) == 0 or labels.max() + 1 < FEWEST_LINES:
             return None
-        fit = fit_model(points, labels, params, reach, prior, 0.5)
+        few = slice(None, None, max(1, len(points) // ENOUGH_POINTS))
+        fit = fit_model(points[few], labels[few], params, reach, prior, 0.5)
         params, sigma = fit.params, fit.sigma
     if second and len(params) < 4:
         params = np.append(params, 0.0)
