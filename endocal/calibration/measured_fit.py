@@ -13,7 +13,7 @@ import numpy as np
 
 from .edges import EdgePoints
 from .fit import Fit, Prior, fit_model, robust_sigma
-from .misfit import misfit, trust_by_magnification
+from .misfit import Misfit, misfit, trust_by_magnification
 from .pattern import join_pieces, on_board
 from .picture import Grey
 from .profiles import FINE, WIDE, Measured, measure, smooth_for_profiles
@@ -101,6 +101,11 @@ def fit_measured(
     return Refined(fit, everything, view_of, any(board is not None for board in boards))
 
 
+def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
+    """How far lines, labels (n,) of the fit's points, stay bent, and how noisy they are."""
+    return misfit(fit.residuals, labels, OUTLYING * fit.softness)
+
+
 def _noise(m: Measured, fit: Fit) -> float:
     off = residuals(m.points, m.labels, fit.params, sides=m.sides)
     return misfit(off, m.labels, OUTLYING * fit.softness).noise
@@ -108,7 +113,7 @@ def _noise(m: Measured, fit: Fit) -> float:
 
 def _fit_corrected(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
     """Fit again where the lens departs from the model: by straightness in the corrected picture."""
-    ratio = misfit(fit.residuals, m.labels, OUTLYING * fit.softness).ratio
+    ratio = departure_from_model(fit, m.labels).ratio
     if ratio < MODEL_HOLDS:
         return fit
     softness = CORRECTED_SOFTNESS * fit.softness

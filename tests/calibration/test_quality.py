@@ -34,7 +34,8 @@ def test_sound_evidence_is_good() -> None:
     [
         ({"lines": 6}, "few lines"),
         ({"reach": 120.0}, "poor coverage"),
-        ({"rms": 0.9}, "residuals above noise"),
+        ({"bend": 0.3}, "residuals above noise"),
+        ({"rms": 0.9}, "edges are noisy"),
         ({"explained": 0.03}, "is this a pattern"),
         ({"explained": 0.2, "board": False}, "is this a pattern"),
         ({"lam_sigma": 1e-7}, "weakly determined"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..edges import EdgePoints, sobel_gradients
-from ..refine import View
+from ..measured_fit import View
 from ..search import Found, Measure, search
 from ..straightness import Floats
 from .task import MOST_POINTS, Task

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..fit import Prior
-from ..refine import View
+from ..measured_fit import View
 from ..search import Found, Region
 from ..spec import CalibrationSpec
 from ..straightness import Floats
