@@ -100,7 +100,7 @@ class Ledger:
 
     def note(self, key: str, value: str) -> None:
         """Keep a fact about the ledger."""
-        self._write("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
+        self._write("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, _printable(value)))
 
     def entries(self) -> dict[str, Entry]:
         """Return all recordings by their places."""

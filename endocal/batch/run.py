@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from ..errors import OutputError
+from ..errors import OutputError, UsageError
 from ..files import atomic_output
 from ..files.atomic import remove_temporaries
 from ..files.names import shown
@@ -28,7 +28,8 @@ from .report import BatchReport, make_lines
 from .resources import cores, default_jobs
 from .task import Outcome, Task
 
-_REPORTED = "reported"
+# Facts that the ledger keeps: that a report was written, and whose outputs it tells of if kept elsewhere.
+_REPORTED, _OUT = "reported", "out"
 
 
 class Watch(Protocol):
@@ -74,6 +75,7 @@ def run_batch(spec: BatchSpec, watch: Watch) -> BatchReport:
         hold_lock(state / "lock", run, shown(spec.out)) as lock,
         open_ledger(state / NAME) as ledger,
     ):
+        _check_place(spec, ledger)
         _check_reports(spec, ledger)
         entries = ledger.entries()
         _clean(spec, ledger, {e.place for e in entries.values() if e.status == RUNNING})
@@ -213,6 +215,19 @@ def _clean(spec: BatchSpec, ledger: Ledger, places: set[str]) -> None:
             while folder:
                 os.rmdir(os.path.join(spec.out, folder))
                 folder = os.path.dirname(folder)
+
+
+def _check_place(spec: BatchSpec, ledger: Ledger) -> None:
+    """Refuse a ledger kept elsewhere that tells of another directory of outputs."""
+    if spec.state is None:
+        return
+    out, known = os.path.realpath(spec.out), ledger.about(_OUT)
+    if known is None:
+        ledger.note(_OUT, out)
+    elif known != out:
+        raise UsageError(
+            f"--state {shown(spec.state)} tells of the outputs in {shown(known)}: give each --out its own"
+        )
 
 
 def _check_reports(spec: BatchSpec, ledger: Ledger) -> None:

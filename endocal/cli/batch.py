@@ -189,13 +189,13 @@ def command(
 def _print_plan(plan: Plan, as_json: bool, quiet: bool) -> None:
     """Print one line a recording: what would be done with it, and why."""
     from ..files.names import shown
-    from .batch_view import plain
+    from .batch_view import escaped, plain
 
     for step in plan.steps:
         place, source = step.recording.place, step.recording.source
         if as_json:
             row = {"action": step.action, "output": place, "source": source, "reason": step.reason}
-            print_json({key: plain(value) for key, value in row.items()})
+            print_json({key: escaped(value) for key, value in row.items()})
         else:
             typer.echo(plain(f"{step.action:<6} {shown(place)}: {step.reason}"))
     if quiet:

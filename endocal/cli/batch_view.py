@@ -96,7 +96,7 @@ class JsonView:
         )
 
     def _write(self, **values: Any) -> None:
-        line = {k: plain(v) if isinstance(v, str) else v for k, v in values.items()}
+        line = {k: escaped(v) if isinstance(v, str) else v for k, v in values.items()}
         sys.stderr.write(json.dumps(line, ensure_ascii=False) + "\n")
         sys.stderr.flush()
 
@@ -251,7 +251,12 @@ def summary(report: BatchReport) -> str:
 
 def plain(text: str) -> str:
     """Return text that can be printed: on one line, what is no Unicode escaped."""
-    return " ".join(text.encode(errors="backslashreplace").decode().splitlines())
+    return " ".join(escaped(text).splitlines())
+
+
+def escaped(text: str) -> str:
+    """Return text that is Unicode: bytes of file names that are none are escaped."""
+    return text.encode(errors="backslashreplace").decode()
 
 
 def _short(place: str) -> str:

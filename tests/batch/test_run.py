@@ -6,6 +6,7 @@ import json
 import os
 import sqlite3
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,9 @@ import pytest
 from endocal.batch import fingerprint
 from endocal.batch import task as task_module
 from endocal.batch.plan import CHECK, DO, KEEP, LEAVE
-from endocal.batch.run import preview_batch
+from endocal.batch.run import preview_batch, run_batch
 from endocal.errors import InputError, OutputError, UsageError
-from tests.batch.local import Batch, make_batch
+from tests.batch.local import Batch, Seen, make_batch
 from tests.jobs.lenses import calibration, zoom_table
 from tests.video.clips import Clip
 
@@ -266,6 +267,9 @@ def test_the_ledger_can_be_elsewhere(batch: Batch) -> None:
     assert batch.did(state=state) == BOTH
     assert batch.did(state=state) == {}
     assert not (batch.out / ".endocal").exists()
+    other = replace(batch.spec(state=state), out=str(batch.folder / "other"))
+    with pytest.raises(UsageError, match="give each --out its own"):
+        run_batch(other, Seen())
 
 
 def test_an_older_version_is_told_and_not_done_again(
