@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
+import contextlib
 import logging
 import os
 import queue
@@ -26,6 +29,8 @@ _LOOK_EVERY_S = 5.0
 _POLL_S = 0.2
 # States of a future that has an outcome.
 _OVER = ("finished", "error", "cancelled")
+# What Dask's client raises without a scheduler: a closed connection, a task or a client that is cancelled.
+_GONE = (OSError, RuntimeError, asyncio.CancelledError, concurrent.futures.CancelledError)
 
 
 class Cluster:
@@ -44,8 +49,7 @@ class Cluster:
             raise UsageError(
                 "--scheduler needs Dask: pip install 'endocal-toolchain[cluster]'"
             ) from None
-        # What it logs of lost workers and connections, our own lines say.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        _hush()
         self._address, self._retries, self._run, self._lock = address, retries, run, lock
         where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
         try:
@@ -81,7 +85,7 @@ class Cluster:
         try:
             while True:
                 if time.monotonic() - looked > _LOOK_EVERY_S:
-                    room = 2 * sum(self._client.nthreads().values()) + _SPARE
+                    room = self._room()
                     looked = time.monotonic()
                 while len(futures) < room and (task := next(tasks, None)) is not None:
                     key = f"{topic}-{number}"
@@ -107,27 +111,44 @@ class Cluster:
                 elif futures.pop(item.key, None) is not None:
                     yield Ended(places[item.key], self._outcome(item, places[item.key]))
         finally:
-            self._client.cancel(list(futures.values()), force=True)
-            self._client.unsubscribe_topic(topic)
+            # Without a scheduler there is nothing to take back.
+            with contextlib.suppress(*_GONE):
+                self._client.cancel(list(futures.values()), force=True)
+                self._client.unsubscribe_topic(topic)
+
+    def _room(self) -> int:
+        """Return how many tasks the scheduler may have."""
+        with self._speaking():
+            return 2 * sum(self._client.nthreads().values()) + _SPARE
 
     def _submit(self, key: str, task: Task, topic: str) -> Any:
         # A task that Dask repeats, since its worker was lost, may find its own output there.
         task = replace(task, correction=replace(task.correction, overwrite=True))
         order = (task, topic, key, self._run, str(self._lock))
-        return self._client.submit(
-            perform_on_worker, *order, key=key, pure=False, retries=self._retries
-        )
+        with self._speaking():
+            return self._client.submit(
+                perform_on_worker, *order, key=key, pure=False, retries=self._retries
+            )
 
-    def _outcome(self, future: Any, place: str) -> Outcome:
-        if future.status == "finished":
-            outcome: Outcome = future.result()
-            return outcome
-        if future.status == "cancelled" or self._client.status != "running":
+    @contextlib.contextmanager
+    def _speaking(self) -> Iterator[None]:
+        """Say what it means when the scheduler no longer answers."""
+        try:
+            yield
+        except _GONE as error:
             raise InputError(
                 f"the Dask scheduler at {shown(self._address)} went away: start the same batch again when"
                 " it is back, and it goes on from here"
-            )
-        error = future.exception()
+            ) from error
+
+    def _outcome(self, future: Any, place: str) -> Outcome:
+        with self._speaking():
+            if future.status == "finished":
+                outcome: Outcome = future.result()
+                return outcome
+            if future.status == "cancelled" or self._client.status != "running":
+                raise ConnectionError
+            error = future.exception()
         if type(error).__name__ == "KilledWorker":
             return Outcome(
                 error=f"{shown(place)}: every worker that took it died, {error.last_worker.address} last"
@@ -152,7 +173,15 @@ class Cluster:
                 )
 
 
+def _hush() -> None:
+    """Silence what Dask and its libraries log of lost workers and connections: our own lines say it."""
+    names = ["tornado", "asyncio", *logging.root.manager.loggerDict]
+    for name in names:
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+
+
 def _event(place: str, news: dict[str, Any]) -> Event:
-    if "worker" in news:
-        return Started(place, news["worker"])
-    return Moved(place, Progress(news["frames"], news["total"], news["seconds"]))
+    if "frames" in news:
+        return Moved(place, Progress(news["frames"], news["total"], news["seconds"]))
+    return Started(place, news["worker"])

@@ -104,6 +104,10 @@ def test_a_worker_that_dies_midway_changes_nothing(
     assert sorted(failed) == sorted(tree.BROKEN)
     assert tree.outputs(out) == tree.outputs(recordings.whole)
     assert tree.recorded(out) == tree.recorded(recordings.whole)
+    # Dask's own words about it stay out of ours; each recording starts once, or twice with a lost worker.
+    assert all(line.startswith("{") for line in said)
+    starts = [e["output"] for e in tree.events("".join(said)) if e["event"] == "start"]
+    assert len(starts) < 40 + 5
 
 
 def test_a_batch_that_is_killed_goes_on_from_there(
@@ -156,3 +160,24 @@ def test_a_scheduler_that_does_not_answer(
     arguments = [a for a in arguments if a not in ("--jobs", "2")]
     line = endocal(*arguments, "--scheduler", "tcp://127.0.0.1:9").fails()
     assert "no Dask scheduler answers at tcp://127.0.0.1:9" in line
+
+
+def test_a_scheduler_that_goes_away(recordings: Tree, tmp_path: Path, dask: Cluster) -> None:
+    """Last in this file: it takes the cluster along."""
+    out = tmp_path / "out"
+    process = subprocess.Popen(command(recordings, out, dask), stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    while '"event": "done"' not in process.stderr.readline():
+        pass
+    dask.processes[0].kill()
+    said = process.stderr.read().splitlines()
+    assert process.wait() == 1
+    (line,) = [text for text in said if not text.startswith("{")]
+    assert "went away: start the same batch again when it is back" in line
+    # The workers notice by themselves, and what they have begun goes.
+    deadline = time.monotonic() + 15
+    while list(out.rglob(".endocal-*")) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    again = tree.run(recordings.source, out, recordings.lens)
+    assert again.returncode == 1
+    assert tree.outputs(out) == tree.outputs(recordings.whole)
