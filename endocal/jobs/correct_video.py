@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import InputError, OutputError
 from ..files import atomic_output
 from ..files.names import shown
+from ..remap.engine import Pending
 from ..remap.layout import supported
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
@@ -63,12 +64,13 @@ def correct_video(
                 container_format=_container(spec, info),
                 strip_metadata=spec.strip_metadata,
             ) as writer:
+                under_way: deque[list[Pending]] = deque()
 
                 def change(item: Item) -> Item:
                     if not is_frame(item):
                         return item
                     frame = writer.frame(item)
-                    corrector.apply(item, frame)
+                    under_way.append(corrector.start(item, frame))
                     return frame
 
                 def tick() -> None:
@@ -77,6 +79,9 @@ def correct_video(
                         progress(Progress(writer.frames, _expected(info), seconds))
 
                 def write(item: Item) -> None:
+                    if is_frame(item):
+                        for pending in under_way.popleft():
+                            pending.wait()
                     # The writer uses the frame again as soon as it has it.
                     pts = item.pts
                     writer.write(item)

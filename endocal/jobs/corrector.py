@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..errors import InputError
-from ..remap.engine import FrameRemapper
+from ..remap.engine import FrameRemapper, Pending
 from ..remap.geometry import OutputGeometry, output_geometry
 from ..remap.layout import FrameLayout, frame_layout
 from ..video.frames import Frame, luma_view, plane_views
@@ -97,18 +97,29 @@ class Corrector:
         """The name of the device that remaps."""
         return self._remappers[0].device_name
 
-    def apply(self, frame: Frame, target: Frame) -> None:
-        """Fill the frame ``target`` from the next frame of the input."""
+    def start(self, frame: Frame, target: Frame) -> list[Pending]:
+        """Begin to fill the frame ``target`` from the next frame of the input; it is filled after the waits.
+
+        So a device with memory of its own has the next frame on its way while this one comes back.
+        """
         planes, out = plane_views(frame), plane_views(target)
         if self._beside is not None:
             self._beside.fill_gaps(out)
             for plane, view in zip(planes, self._beside.left(out), strict=True):
                 view[...] = plane
+        under_way = []
         for eye, source in enumerate(self._eyes):
             model = source.model(partial(self._split.luma, frame, eye), frame.time)
             place = self._places[eye]
             whole = place.views(out) if self._beside is None else self._beside.right(out)
-            self._remappers[eye].apply(model, self._split.views(planes)[eye], whole)
+            remapper = self._remappers[eye]
+            pending = remapper.submit(model, self._split.views(planes)[eye], whole)
+            if remapper.is_staged:
+                under_way.append(pending)
+            else:
+                # Nothing travels; waiting here lets go of the frame at once.
+                pending.wait()
+        return under_way
 
 
 def stream_geometry(

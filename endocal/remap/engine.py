@@ -26,9 +26,13 @@ class Pending(Protocol):
 
 
 class Engine(Protocol):
-    """What an engine does: resample the planes of a frame through a model."""
+    """What an engine does: resample the planes of a frame through a model.
+
+    ``staged`` says that planes travel through memory of its own.
+    """
 
     device_name: str
+    staged: bool
 
     def submit(
         self, model: DivisionModel, planes: Sequence[np.ndarray], out: Sequence[np.ndarray]
@@ -67,6 +71,11 @@ class FrameRemapper:
         self.geometry = geometry
         self._engine = engine or choose_engine(layout, geometry, interpolation, device)
         self._lock = threading.Lock()
+
+    @property
+    def is_staged(self) -> bool:
+        """Whether frames travel to a device's own memory and back, so that two under way are quicker."""
+        return self._engine.staged
 
     @property
     def device_name(self) -> str:

@@ -18,6 +18,7 @@ class NumpyEngine:
     """Resamples frames in float64."""
 
     device_name = "numpy"
+    staged = False
 
     def __init__(self, grids: Sequence[PlaneGrid], interpolation: str) -> None:
         self._grids = tuple(grids)

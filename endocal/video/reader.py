@@ -236,7 +236,10 @@ class VideoReader:
             for item in self._primed:
                 if is_frame(item):
                     return describe(self._container, self._stream, item)
-        raise InputError(f"{self.name}: no frame of its video stream can be decoded")
+        why = ""
+        if not isinstance(self._source, str) and "mp4" in self._container.format.name:
+            why = ": an MP4 or MOV with its index at the end cannot flow through a pipe; name the file itself"
+        raise InputError(f"{self.name}: no frame of its video stream can be decoded{why}")
 
     def _demux(self) -> Iterator[av.Packet]:
         """Yield packets; the dummy packets that end a stream only for the video, which they flush."""

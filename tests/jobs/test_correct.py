@@ -67,6 +67,25 @@ def test_frames_are_remapped_as_pictures_are(tmp_path: Path, device: str, view: 
             assert np.abs(p.astype(int) - q).max() <= 1
 
 
+def test_frames_under_way_to_a_device_come_back_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The way of a GPU, on the device that there is: staged, coordinates on the fly, two frames at once."""
+    from endocal.remap.opencl_device import DeviceSession
+
+    source = replace(CLIP, frames=12).make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    run(tmp_path, source, lens, "plain.mkv", device="numpy")
+    monkeypatch.setattr(DeviceSession, "shares_memory", False)
+    monkeypatch.setattr("endocal.remap.opencl_engine.choose_strategy", lambda session: "direct")
+    report = run(tmp_path, source, lens, "staged.mkv", device="auto")
+    assert report.frames == 12
+    frames = [contents(tmp_path / name).frames for name in ("plain.mkv", "staged.mkv")]
+    for a, b in zip(*frames, strict=True):
+        for p, q in zip(plane_views(a), plane_views(b), strict=True):
+            assert np.abs(p.astype(int) - q).max() <= 1
+
+
 def test_the_report_tells_what_was_done(tmp_path: Path) -> None:
     source = DELIVERY.make(tmp_path / "a.mp4")
     steps: list[Progress] = []

@@ -66,6 +66,29 @@ def test_a_pipe_is_read_as_a_file_is(tmp_path: Path) -> None:
         assert len(frames_of(reader)) == 8
 
 
+def test_an_index_at_the_end_cannot_flow_through_a_pipe(tmp_path: Path) -> None:
+    class Pipe:
+        def __init__(self, data: bytes) -> None:
+            self._rest = io.BytesIO(data)
+
+        def read(self, size: int) -> bytes:
+            return self._rest.read(size)
+
+    def noise(number: int, width: int, height: int) -> np.ndarray:
+        return np.random.default_rng(number).integers(0, 255, (height, width, 3)).astype(np.uint8)
+
+    # Longer than what is read ahead, 1 MiB: a short one lies in the buffer as a whole.
+    options = {"preset": "ultrafast", "crf": "1"}
+    clip = Clip(frames=8, size=(480, 360), codec="libx264", picture=noise, options=options)
+    data = clip.make(tmp_path / "a.mp4").read_bytes()
+    assert len(data) > 2 << 20
+    with pytest.raises(InputError, match="index at the end cannot flow through a pipe"):
+        VideoReader(Pipe(data), name="stdin")
+    front = clip.make(tmp_path / "b.mp4", movflags="faststart").read_bytes()
+    with VideoReader(Pipe(front), name="stdin") as reader:
+        assert len(frames_of(reader)) == 8
+
+
 @pytest.mark.parametrize(
     ("name", "codec"), [("a.h264", "libx264"), ("a.avi", "libx264"), ("a.avi", "mpeg4")]
 )
