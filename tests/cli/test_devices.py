@@ -91,5 +91,5 @@ def test_bench_table4_prints_the_articles_rates(
 
 
 def test_bench_remap_refuses_what_it_cannot_do(endocal: Endocal) -> None:
-    assert "voodoo" in endocal("bench", "remap", "--device", "voodoo").fails(1)
+    assert "voodoo" in endocal("bench", "remap", "--device", "voodoo").fails(2)
     assert "1920" in endocal("bench", "remap", "--size", "1920").fails(2)
