@@ -11,7 +11,7 @@ from pathlib import Path
 from ..calibration.recorded import spec_of
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
-from ..errors import EndocalError, UsageError
+from ..errors import EndocalError, InputError, UsageError
 from ..files import atomic_output, check_output, dumps, load, loads
 from ..files.names import shown
 from ..report.calibration import Study, calibration_page
@@ -85,7 +85,7 @@ def report_calibration(
     report: CalibrationReport, spec: CalibrationSpec, name: str, output: str, overwrite: bool
 ) -> None:
     """Write the page of a calibration that was just made with ``spec``; ``name`` is what it is called."""
-    calibration = report.calibration
+    calibration = _as_written(report.calibration)
     notes = [f"{shown(path)} was left out: it does not fit the others" for path in report.left_out]
     study = Study(report.pictures, report.workings, spec)
     write_page(calibration_page(name, calibration, study, notes), output, overwrite)
@@ -121,6 +121,16 @@ def _study(recorded: Calibration, spec: ReportSpec) -> tuple[Study | None, list[
         return None, [f"Only the numbers can be shown. {error}"]
     assert isinstance(found, Calibration)
     return Study(made.pictures, made.workings, options), _moved(recorded, found)
+
+
+def _as_written(calibration: Calibration) -> Calibration:
+    """Return a calibration with the digits that its file has; one that no file can hold as it is."""
+    try:
+        written = loads(dumps(calibration))
+    except InputError:
+        return calibration
+    assert isinstance(written, Calibration)
+    return written
 
 
 def _moved(recorded: Calibration, found: Calibration) -> list[str]:
