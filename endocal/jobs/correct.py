@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -90,6 +91,11 @@ class CorrectionSpec:
             raise UsageError("a second calibration is for the second eye of --stereo")
         if self.stereo is not None and (self.side_by_side or self.zoom_log or self.zoom_from):
             raise UsageError("--stereo excludes --side-by-side, --zoom-log and --zoom-from")
+        diameter = self.assume_diameter
+        if diameter is not None and not (math.isfinite(diameter) and diameter > 0):
+            raise UsageError(f"--assume-diameter {diameter:g}: it is a number of px above 0")
+        if diameter is not None and self.zoom_from is not None:
+            raise UsageError("--assume-diameter and --zoom-from exclude each other")
         if self.threads < 0:
             raise UsageError(f"--threads {self.threads}: it is 1 or more")
         if self.size is not None and self.scale is not None:

@@ -104,7 +104,10 @@ class FollowedZoom:
                 raise
             diameter = self._first_diameter(self._ahead)
             if diameter is None:
-                raise
+                raise InputError(
+                    "no frame shows a visible circle: the zoom is not known; give --zoom-from or"
+                    " --assume-diameter"
+                ) from None
         self.notes.append(
             f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
         )

@@ -136,9 +136,8 @@ def _law_notes(table: ZoomTable) -> list[str]:
     law = table.law
     if law.outlier is not None:
         setting = table.settings[law.outlier]
-        name = f" ({setting.source.file})" if setting.source is not None else ""
         return [
-            f"the setting at diameter {setting.diameter:.1f} px{name} stands out from the law by"
+            f"the setting at diameter {setting.title} stands out from the law by"
             f" {law.departures[law.outlier]:+.1%}: calibrate it again or leave it out"
         ]
     if law.spread > _WIDE_SPREAD:

@@ -67,6 +67,11 @@ class Setting:
         """lam * diameter^2, the law's constant; with lam2, of the one-parameter model equal at the rim."""
         return (self.lam + self.lam2 * self.diameter**2 / 4) * self.diameter**2
 
+    @property
+    def title(self) -> str:
+        """What messages call it: its diameter, and the file that it was made from."""
+        return f"{self.diameter:g} px" + (f" ({self.source.file})" if self.source else "")
+
 
 @dataclass(frozen=True)
 class Law:
@@ -106,14 +111,13 @@ class ZoomTable:
         for a, b in pairwise(ordered):
             if b.diameter - a.diameter < _SAME_DIAMETER * b.diameter:
                 raise InputError(
-                    f"two settings have the same diameter ({a.diameter:g} and {b.diameter:g} px):"
-                    " drop one of them"
+                    f"two settings have the same diameter, {a.title} and {b.title}: drop one of them"
                 )
         for setting in ordered:
             if self._model(setting).valid_radius <= setting.diameter / 2:
                 raise InputError(
-                    f"lambda {setting.lam:g} at diameter {setting.diameter:g} px folds the picture within"
-                    " its own circle: calibrate that setting again"
+                    f"lambda {setting.lam:g} at diameter {setting.title} folds the picture within its own"
+                    " circle: calibrate that setting again"
                 )
         self._check_law()
 
@@ -124,10 +128,10 @@ class ZoomTable:
             return
         # Of two settings, either may be the wrong one.
         named = self.settings if len(departures) == 2 else (self.settings[worst],)
-        diameters = " and ".join(f"{s.diameter:g}" for s in named)
         raise InputError(
             f"the law lambda * diameter^2 = constant is broken by {abs(departures[worst]):.0%} at diameter"
-            f" {diameters} px: is it the same lens? calibrate again there or leave it out"
+            f" {' and '.join(s.title for s in named)}: is it the same lens? calibrate again there or leave it"
+            " out"
         )
 
     @cached_property

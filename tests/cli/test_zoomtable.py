@@ -131,7 +131,7 @@ def test_frames_of_two_sizes_are_refused(endocal: Endocal, tmp_path: Path) -> No
 def test_settings_that_break_the_law_are_refused(endocal: Endocal, tmp_path: Path) -> None:
     items = [setting(tmp_path, d) for d in (400.0, 500.0)]
     items.append(setting(tmp_path, 600.0, strength=-1.9))
-    assert "600 px" in refused(endocal, tmp_path, *items)
+    assert "600 px (d600.toml)" in refused(endocal, tmp_path, *items)
 
 
 def test_a_setting_without_a_rim_is_refused(endocal: Endocal, tmp_path: Path) -> None:

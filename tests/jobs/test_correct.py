@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -257,7 +258,7 @@ def test_a_fade_from_black_takes_the_first_circle_that_follows(tmp_path: Path) -
 def test_no_rim_and_nothing_given_is_an_error(tmp_path: Path) -> None:
     source = Clip(frames=3, size=(160, 120)).make(tmp_path / "a.mkv")
     table = zoom_table(tmp_path / "zoom.toml", (160, 120), (70.0, 110.0))
-    with pytest.raises(InputError, match="--assume-diameter"):
+    with pytest.raises(InputError, match=r"no frame shows .*--assume-diameter"):
         run(tmp_path, source, table)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mkv", "zoom.toml"]
     assert run(tmp_path, source, table, assume_diameter=90.0).zoom == {"given": 3}
@@ -298,6 +299,9 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
         {"assume_diameter": 9.0},
         {"lookup": "area"},
         {"lookup": "sideways"},
+        {"assume_diameter": 0.0},
+        {"assume_diameter": math.nan},
+        {"assume_diameter": 90.0, "zoom_from": "log.csv"},
         {"deinterlace": "always"},
         {"stereo": "left"},
         {"right_calibration": lens},
