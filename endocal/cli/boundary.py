@@ -52,7 +52,9 @@ def command(
 
 
 def _tell(report: BoundaryReport) -> None:
-    """Say on standard error how much was found."""
+    """Say on standard error how much was found, and what was wrong with the input."""
+    for warning in report.warnings:
+        note(f"warning: {report.input}: {warning}")
     text = f"circle in {report.found} of {report.frames} frames"
     if report.diameter is not None:
         text += (

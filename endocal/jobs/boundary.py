@@ -68,8 +68,13 @@ class FrameBoundary:
 
 @dataclass(frozen=True)
 class BoundaryReport:
-    """How many frames there were and how many showed a circle, with the median and range of its diameter."""
+    """How many frames there were and how many showed a circle, with the median and range of its diameter.
 
+    ``input`` is what messages call it, ``warnings`` say what was wrong with it.
+    """
+
+    input: str
+    warnings: tuple[str, ...]
     frames: int
     found: int
     diameter: float | None
@@ -91,6 +96,8 @@ def find_boundaries(
     source = PipeInput() if job.input == PIPE else job.input
     frames = 0
     diameters = array("d")
+    name = "stdin" if job.input == PIPE else shown(job.input)
+    warnings: tuple[str, ...] = ()
 
     def take(found: FrameBoundary) -> None:
         nonlocal frames
@@ -100,24 +107,25 @@ def find_boundaries(
         emit(found)
 
     if holds_picture(source):
-        _picture(job, source, take)
+        _picture(job, name, source, take)
     else:
-        _video(job, source, take, progress)
+        warnings = _video(job, name, source, take, progress)
     if not diameters:
-        return BoundaryReport(frames, 0, None, None, None)
+        return BoundaryReport(name, warnings, frames, 0, None, None, None)
     middle = float(np.median(diameters))
-    return BoundaryReport(frames, len(diameters), middle, min(diameters), max(diameters))
+    least, most = min(diameters), max(diameters)
+    return BoundaryReport(name, warnings, frames, len(diameters), middle, least, most)
 
 
 def _picture(
-    job: BoundaryJob, source: str | PipeInput, take: Callable[[FrameBoundary], None]
+    job: BoundaryJob, name: str, source: str | PipeInput, take: Callable[[FrameBoundary], None]
 ) -> None:
     if job.overlay is not None and Path(job.overlay).suffix.lower() not in PICTURE_SUFFIXES:
         raise UsageError(
             f"{shown(job.overlay)}: a picture is written as {', '.join(PICTURE_SUFFIXES)}"
         )
     if isinstance(source, PipeInput):
-        image, inputs = decode_image(source.read(), shown(job.input)), []
+        image, inputs = decode_image(source.read(), name), []
     else:
         image, inputs = read_image(source), [source]
     aspect = job.pixel_aspect or 1.0
@@ -135,16 +143,18 @@ def _picture(
 
 def _video(
     job: BoundaryJob,
+    name: str,
     source: str | PipeInput,
     take: Callable[[FrameBoundary], None],
     progress: Callable[[Progress], None] | None,
-) -> None:
+) -> tuple[str, ...]:
+    """Look through a video; returns what was wrong with it."""
     began = time.monotonic()
     frames = 0
     last: Boundary | None = None
     with VideoReader(
         source,
-        name=shown(job.input),
+        name=name,
         accepts=has_luma_plane,
         allow_protocols=job.allow_protocols,
     ) as reader:
@@ -169,7 +179,7 @@ def _video(
                 if is_frame(item):
                     look(item)
                     tick()
-            return
+            return tuple(reader.faults())
         with _overlay_writer(job, reader) as writer:
 
             def change(item: Item) -> Item:
@@ -185,6 +195,7 @@ def _video(
                 return out
 
             run(reader.items(), change, writer.write, is_large=is_frame, tick=tick)
+        return tuple(reader.faults())
 
 
 @contextlib.contextmanager

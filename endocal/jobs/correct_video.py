@@ -214,18 +214,7 @@ def _expected(info: StreamInfo) -> int | None:
 
 def _warnings(reader: VideoReader, writer: VideoWriter) -> list[str]:
     """Say what was wrong with the input, once it has been read to its end."""
-    warnings = []
-    declared = reader.declared
-    if reader.damaged:
-        warnings.append(f"{reader.damaged} damaged packets could not be decoded")
-    if reader.corrupt:
-        warnings.append(f"{reader.corrupt} frames were decoded with errors")
+    warnings = list(reader.faults())
     if writer.dropped:
         warnings.append(f"{writer.dropped} damaged packets of other streams could not be copied")
-    if reader.truncated:
-        warnings.append("the file breaks off before its end")
-    elif declared is not None and reader.decoded + reader.hidden < declared:
-        warnings.append(
-            f"only {reader.decoded} of the {declared} frames that it declares are there"
-        )
     return warnings

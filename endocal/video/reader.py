@@ -230,6 +230,17 @@ class VideoReader:
             )
         return stream
 
+    def faults(self) -> Iterator[str]:
+        """Say what was wrong with the input, once it has been read to its end."""
+        if self.damaged:
+            yield f"{self.damaged} damaged packets could not be decoded"
+        if self.corrupt:
+            yield f"{self.corrupt} frames were decoded with errors"
+        if self.truncated:
+            yield "the file breaks off before its end"
+        elif self.declared is not None and self.decoded + self.hidden < self.declared:
+            yield f"only {self.decoded} of the {self.declared} frames that it declares are there"
+
     def _prime(self) -> StreamInfo:
         """Decode up to the first frame, which alone knows its size, format and side data."""
         while self._advance():

@@ -115,6 +115,19 @@ def test_a_video_gives_a_line_per_frame_and_an_overlay(
     assert len(lines(again.out)) == len(found)
 
 
+def test_a_video_that_breaks_off_is_told(
+    endocal: Endocal, sample_data: Path, tmp_path: Path
+) -> None:
+    whole, half = tmp_path / "whole.mkv", tmp_path / "half.mkv"
+    assert endocal("boundary", sample_data / "clip.mp4", "--overlay", whole).code == 0
+    data = whole.read_bytes()
+    half.write_bytes(data[: len(data) // 2])
+    result = endocal("boundary", half)
+    assert result.code == 0
+    assert 0 < len(lines(result.out)) < 125
+    assert f"warning: {half}: the file breaks off before its end" in result.err
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [(None, "no such file"), (b"", ""), (b"not a video", ""), (b"\x89PNG\r\n\x1a\n", "")],
