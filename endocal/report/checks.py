@@ -44,6 +44,12 @@ def checks(e: Evidence) -> list[Check]:
             e.rms <= rough * unit,
         ),
         Check(
+            "How bent they stay, beyond noise",
+            f"{e.bend:.2f} px" if e.bend else "not measurably",
+            f"{q.BENT * unit:.2g} px or less",
+            e.bend <= q.BENT * unit,
+        ),
+        Check(
             "Edges that lie on these lines",
             f"{min(e.explained, 1):.0%}"
             + (", on a chessboard" if e.board else ", no chessboard seen"),

@@ -41,6 +41,7 @@ def met(evidence: Evidence) -> dict[str, bool]:
         ({"reach": 120.0}, "How far out the lines reach"),
         ({"rms": 0.9}, "How straight the lines are now"),
         ({"rms": 0.5, "board": False}, "How straight the lines are now"),
+        ({"bend": 0.3}, "How bent they stay, beyond noise"),
         ({"explained": 0.03}, "Edges that lie on these lines"),
         ({"lam_sigma": 1e-7}, "How surely the distortion is known"),
         ({"center_sigma": 4.0}, "How surely the centre is known"),
@@ -58,6 +59,7 @@ def test_what_the_verdict_doubts_is_not_met(change: dict[str, Any], what: str) -
 @given(
     lines=st.integers(0, 40),
     rms=st.floats(0, 3),
+    bend=st.floats(0, 1),
     lam=st.floats(-1e-5, 1e-5),
     lam_sigma=st.none() | st.floats(0, 1e-6),
     center_sigma=st.none() | st.floats(0, 100),
