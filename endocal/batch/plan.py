@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from .._version import __version__
@@ -34,14 +34,16 @@ _ZOOM_OPTIONS = ("lookup", "assume_diameter", "zoom_log", "zoom_from")
 class Step:
     """One recording and what is to be done with it, and why.
 
-    ``correction`` is the whole order; ``owned`` says that the output may be replaced. ``lens_sha256`` is
-    of the calibration's bytes, and of those of a second one and of the zoom's record where there are any.
+    ``correction`` is the whole order, and ``page`` the path of its report; ``owned`` says that the output
+    may be replaced. ``lens_sha256`` is of the calibration's bytes, and of those of a second one and of the
+    zoom's record where there are any.
     """
 
     recording: Recording
     action: str
     reason: str
     correction: CorrectionSpec
+    page: str | None
     owned: bool
     lens_sha256: str
     options_sha256: str
@@ -56,7 +58,7 @@ class Plan:
     notes: tuple[str, ...]
     missing: tuple[str, ...]
 
-    @property
+    @cached_property
     def todo(self) -> list[Step]:
         """The steps with work, the largest recording first, so that none is left for the end alone."""
         todo = [s for s in self.steps if s.action in (DO, CHECK)]
@@ -77,6 +79,7 @@ def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
         for recording in found.recordings.values()
     )
     _refuse_idle_zoom_options(spec, steps)
+    _refuse_shared_files(steps)
     notes = list(found.notes)
     others = {
         step.entry.made.endocal
@@ -93,15 +96,16 @@ def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
 def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
     correction = _correction(spec, recording)
     lens = _lens_digest(correction)
-    options = _options_digest(correction)
+    page = None if spec.report is None else os.path.splitext(correction.output)[0] + spec.report
+    options = _options_digest(correction, spec.report)
     exists = os.path.lexists(correction.output)
     owned = exists and _is_ours(correction.output, entry)
     if exists and not owned and not spec.overwrite:
         known = entry is not None and entry.made is not None
         reason = "was changed by someone else" if known else "exists, and is not of this batch"
-        return Step(recording, LEAVE, reason, correction, False, lens, options, entry)
+        return Step(recording, LEAVE, reason, correction, page, False, lens, options, entry)
     action, reason = _decide(spec, recording, entry, exists, lens, options)
-    return Step(recording, action, reason, correction, exists, lens, options, entry)
+    return Step(recording, action, reason, correction, page, exists, lens, options, entry)
 
 
 def _decide(
@@ -184,10 +188,23 @@ def _refuse_idle_zoom_options(spec: BatchSpec, steps: tuple[Step, ...]) -> None:
             raise UsageError(f"{option} needs a zoom table, and no recording has one")
 
 
-def _options_digest(correction: CorrectionSpec) -> str:
+def _refuse_shared_files(steps: tuple[Step, ...]) -> None:
+    """Refuse two outputs, or what is beside them, of one name: a.mp4 and a.mov would both write a.csv."""
+    writers: dict[str, str] = {}
+    for step in steps:
+        spec = step.correction
+        for path in filter(None, (spec.output, spec.zoom_log, step.page)):
+            place = step.recording.place
+            if path in writers:
+                names = f"{shown(writers[path])} and {shown(place)}"
+                raise UsageError(f"{names} would both write {shown(path)}: take another suffix")
+            writers[path] = place
+
+
+def _options_digest(correction: CorrectionSpec, page: str | None) -> str:
     """Return the SHA-256 of what differs from the defaults, so that a new option changes no old digest."""
     plain = CorrectionSpec("", "", "")
-    differing: dict[str, Any] = {}
+    differing: dict[str, Any] = {} if page is None else {"report": page}
     for field in fields(CorrectionSpec):
         value = getattr(correction, field.name)
         if field.name in _NOT_OPTIONS or value == getattr(plain, field.name):

@@ -20,9 +20,9 @@ class BatchSpec:
     in the same tree; that tree begins at ``root`` where one is given. ``include`` and ``exclude`` are
     patterns for what is taken from directories. ``calibration`` (and ``right_calibration``, for the second
     eye) holds for recordings that no manifest gives another. ``correction`` holds fields of CorrectionSpec.
-    ``suffix`` is that of the output videos, the source's if None; ``zoom_log`` and ``zoom_from`` are
-    suffixes too, of files beside each output and beside each source. ``state`` is the directory of the
-    ledger, by default in ``out``.
+    ``suffix`` is that of the output videos, the source's if None; ``zoom_log`` and ``report`` are suffixes
+    too, of files beside each output, and ``zoom_from`` of files beside each source. ``state`` is where the
+    ledger is, by default in ``out``.
 
     ``jobs`` recordings are worked on at once, with ``threads`` threads each; None: by cores and memory.
     ``scheduler`` is the address of a Dask scheduler, whose workers are used instead. What fails for a reason
@@ -45,6 +45,7 @@ class BatchSpec:
     suffix: str | None = None
     zoom_log: str | None = None
     zoom_from: str | None = None
+    report: str | None = None
     state: str | None = None
     jobs: int | None = None
     threads: int | None = None
@@ -76,6 +77,7 @@ class BatchSpec:
             ("--suffix", self.suffix),
             ("--zoom-log", self.zoom_log),
             ("--zoom-from", self.zoom_from),
+            ("--report", self.report),
         ):
             if suffix is not None and not (suffix.startswith(".") and "/" not in suffix):
                 raise UsageError(

@@ -16,6 +16,7 @@ from ..errors import OutputError, UsageError
 from ..files import atomic_output
 from ..files.atomic import remove_temporaries
 from ..files.names import shown
+from ..report.figures import require_figures
 from ..video.encoder import EncoderChoice, check_names
 from .executor import Ended, Event, Executor
 from .ledger import NAME, RUNNING, Ledger, open_ledger
@@ -149,6 +150,7 @@ class _Work:
             options_sha256=step.options_sha256,
             known_sha256=known,
             mark=self._ledger.mark,
+            page=step.page,
         )
 
     def _record(self, place: str, outcome: Outcome) -> None:
@@ -200,6 +202,8 @@ def _default_threads(spec: BatchSpec) -> int:
 def _check_names(spec: BatchSpec) -> None:
     """Raise UsageError or DeviceError for what is not there, before every recording fails for it."""
     check_names(spec.correction.get("encoder", EncoderChoice()))
+    if spec.report is not None:
+        require_figures()
     device = spec.correction.get("device", "auto")
     if spec.scheduler is None and device not in ("auto", "numpy"):
         from ..remap.opencl_device import choose_device

@@ -95,6 +95,8 @@ def _default_lens(spec: BatchSpec) -> tuple[str | None, str | None]:
 
 def _put(found: Found, recording: Recording) -> None:
     other = found.recordings.setdefault(recording.place, recording)
+    if other.source == recording.source:
+        return
     if os.path.realpath(other.source) != os.path.realpath(recording.source):
         raise UsageError(
             f"{shown(other.source)} and {shown(recording.source)} would both become"
@@ -175,8 +177,9 @@ def _is_wanted(spec: BatchSpec, path: str) -> bool:
 def _refuse_circles(spec: BatchSpec, recordings: Iterable[Recording]) -> None:
     recordings = list(recordings)
     inputs = {os.path.realpath(r.source) for r in recordings}
+    out = os.path.realpath(spec.out)
     for recording in recordings:
-        output = os.path.join(os.path.realpath(spec.out), recording.place)
+        output = os.path.join(out, recording.place)
         if recording.place in (JSON_REPORT, HTML_REPORT):
             raise UsageError(f"{shown(recording.source)} would get the name of the batch's report")
         if output in inputs or os.path.realpath(output) in inputs:

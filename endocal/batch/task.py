@@ -42,7 +42,8 @@ class Task:
     """One order for a worker. All paths are absolute, and the same on every machine.
 
     ``known_sha256`` is that of the input that the present output was made from, where only a change of it
-    asks for work. ``mark`` is in the names of temporary files. ``version`` is endocal's.
+    asks for work. ``mark`` is in the names of temporary files. ``page`` is the path of the recording's own
+    report, if there is to be one. ``version`` is endocal's.
     """
 
     place: str
@@ -51,6 +52,7 @@ class Task:
     options_sha256: str
     known_sha256: str | None
     mark: str
+    page: str | None = None
     version: str = __version__
 
 
@@ -104,12 +106,8 @@ def _perform(task: Task, tell: Tell) -> Outcome:
     if digest == task.known_sha256:
         return Outcome(unchanged=(before, settled))
     _make_directory(os.path.dirname(task.correction.output))
-    spec = task.correction
-    if holds_picture(source):
-        # What is said of the encoder is meant for the videos of the tree.
-        spec = replace(spec, encoder=EncoderChoice(), zoom_log=None, zoom_from=None)
-    report = correct(spec, tell)
-    output = spec.output
+    report = _correct(task, tell)
+    output = task.correction.output
     if FileState.of(source) != before:
         os.unlink(output)
         return Outcome(
@@ -127,6 +125,18 @@ def _perform(task: Task, tell: Tell) -> Outcome:
         report=_facts(report),
     )
     return Outcome(made=made)
+
+
+def _correct(task: Task, tell: Tell) -> CorrectionReport:
+    spec = task.correction
+    if holds_picture(spec.input):
+        # What is said of the encoder and of the zoom over time is meant for the videos of the tree.
+        return correct(replace(spec, encoder=EncoderChoice(), zoom_log=None, zoom_from=None), tell)
+    if task.page is None:
+        return correct(spec, tell)
+    from ..jobs.report_run import correct_and_report
+
+    return correct_and_report(spec, task.page, tell)
 
 
 def _make_directory(path: str) -> None:

@@ -130,6 +130,12 @@ def command(
             "--zoom-from", metavar=".EXT", help="Take each zoom from such a file beside it."
         ),
     ] = None,
+    page: Annotated[
+        str | None,
+        file_option(
+            "--report", metavar=".EXT", help="Write a page for each beside the output: .html."
+        ),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -157,6 +163,7 @@ def command(
         suffix=suffix,
         zoom_log=zoom_log,
         zoom_from=zoom_from,
+        report=page,
         state=None if state is None else str(state),
         jobs=jobs,
         threads=threads,

@@ -199,6 +199,23 @@ def test_zoom_tables_in_a_batch(batch: Batch) -> None:
     assert actions(batch, **fields)["a.mkv"] == (DO, "its calibration has changed")
 
 
+def test_each_recording_may_have_its_own_page(batch: Batch) -> None:
+    pytest.importorskip("matplotlib")
+    assert batch.did(report=".html") == BOTH
+    assert "64x48" in (batch.out / "deep" / "b.html").read_text()
+    assert batch.did(report=".html") == {}
+    assert actions(batch)["a.mkv"] == (DO, "its options have changed")
+
+
+def test_two_recordings_may_not_share_a_file_beside_them(batch: Batch) -> None:
+    Clip(frames=3, codec="mpeg4").make(batch.folder / "raw" / "a.mov")
+    assert set(batch.did()) == {"a.mkv", "a.mov", "deep/b.mkv"}
+    with pytest.raises(UsageError, match=r"a.mkv and a.mov would both write .*a\.html"):
+        batch.run(report=".html")
+    with pytest.raises(UsageError, match=r"would both write"):
+        batch.run(suffix=".html", report=".html", exclude=("*.mov",))
+
+
 def test_zoom_options_need_a_zoom_table(batch: Batch) -> None:
     with pytest.raises(UsageError, match="--zoom-log needs a zoom table, and no recording has one"):
         batch.run(zoom_log=".csv")
