@@ -60,4 +60,5 @@ def command(
     )
     for text in done.notes:
         note(f"note: {text}")
-    note(f"{done.output}: page of {file}")
+    if done.output != "-":
+        note(f"{done.output}: page of {file}")

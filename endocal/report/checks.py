@@ -89,7 +89,7 @@ def checks(e: Evidence) -> list[Check]:
         Check(
             "Where the correction would fold",
             fold,
-            f"beyond the content, {e.content_radius:.0f} px",
+            "beyond all that is seen",
             e.fold_radius > e.content_radius,
         )
     )
