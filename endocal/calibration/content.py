@@ -13,8 +13,11 @@ from .picture import Grey, Mask
 RIM_MARGIN = 0.015
 # Sensors and recorders spoil the last pixels of a frame.
 FRAME_MARGIN = 6
-# Darker than this share of the way from black to bright, and joined to the frame's border: surround.
+# Darker than this share of the way from black to bright, and joined to a corner of the frame: surround. A
+# circle leaves the corners dark; the dark parts of a pattern end at the frame's sides, hardly ever there.
 SURROUND_LEVEL = 0.05
+# What counts as a corner, as a share of the sides.
+CORNER = 0.02
 
 
 def content_mask(
@@ -46,14 +49,15 @@ def content_mask(
 
 
 def _off_surround(grey: Grey, margin: int) -> Mask:
-    """Everything at least ``margin`` px away from the dark that touches the frame's border."""
+    """Everything at least ``margin`` px away from the dark that touches a corner of the frame."""
     smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
     black, bright = np.quantile(smooth[::4, ::4], [0.005, 0.95])
     dark = (smooth < black + max(4.0, SURROUND_LEVEL * (bright - black))).astype(np.uint8)
     _, labels = cv2.connectedComponents(dark, connectivity=4)
-    rim = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
+    high, wide = (max(2, round(CORNER * side)) for side in grey.shape)
+    ends = np.concatenate([labels[:high], labels[-high:]])
     touching = np.zeros(int(labels.max()) + 1, bool)
-    touching[np.unique(rim)] = True
+    touching[np.unique(np.concatenate([ends[:, :wide], ends[:, -wide:]]))] = True
     touching[0] = False
     surround: NDArray[np.uint8] = touching[labels].astype(np.uint8)
     distance = cv2.distanceTransform(1 - surround, cv2.DIST_L2, 3)

@@ -72,6 +72,14 @@ def test_rim_surround_and_frame_are_no_scene() -> None:
     assert not content_mask(grey, None)[radius > 199].any()
 
 
+def test_dark_bars_that_run_out_of_the_frame_are_scene() -> None:
+    grey = np.full((480, 640), 180.0, np.float32)
+    for left in range(60, 600, 90):
+        grey[:, left : left + 45] = 40.0
+    mask = content_mask(grey, None)
+    assert mask[10:-10, 10:-10].all()
+
+
 def test_a_region_of_interest_is_the_limit() -> None:
     grey = np.random.default_rng(0).uniform(40, 200, (480, 640)).astype(np.float32)
     mask = content_mask(grey, None, roi=(100, 50, 200, 150))
