@@ -63,7 +63,8 @@ def calibration_page(
     reach = _usable_reach(calibration)
     sure = None
     if study is not None and study.workings.evidence is not None:
-        sure = plots.placing(study.workings, model, min(reach, study.workings.evidence.reach))
+        lines = min(reach, study.workings.evidence.reach)
+        sure = plots.placing(study.workings, model, lines, reach)
     parts.append(p.tiles(_tiles(calibration, reach, None if sure is None else sure[1])))
     if study is not None:
         parts.append(_pictures(calibration, study))
@@ -229,7 +230,8 @@ def _sureness(calibration: Calibration, workings: Workings, placing: p.Html) -> 
     shown = [
         p.figure(
             placing,
-            "How surely a point is placed, worst and best direction (one standard deviation).",
+            "How surely a point is placed, worst and best direction (one standard deviation)."
+            " Beyond the outermost lines nothing but the model says where it goes.",
         )
     ]
     if workings.scene.prior.fixed:

@@ -30,6 +30,8 @@ _ENLARGED = 6
 _COLUMNS, _FEWEST = 24, 3
 # Its scale of colours ends where so large a share of the cells lies below.
 _SCALE_SHARE = 0.97
+# The plot of how surely points are placed ends at so many times what holds at the outermost lines.
+_STEEPEST = 4.0
 # Histograms reach so many robust standard deviations to both sides.
 _HISTOGRAM_REACH = 5.0
 
@@ -123,30 +125,44 @@ def ellipse(workings: Workings, model: DivisionModel) -> Html:
     )
 
 
-def placing(workings: Workings, model: DivisionModel, reach: float) -> tuple[Html, float]:
-    """Return how surely points out to ``reach`` px are placed, as a plot and at the end, px."""
+def placing(
+    workings: Workings, model: DivisionModel, lines: float, content: float
+) -> tuple[Html, float]:
+    """Return how surely points out to the content's radius are placed, as a plot; and at the lines', px.
+
+    ``lines`` and ``content`` px: how far the outermost lines and the farthest content lie from the centre.
+    """
     params = parameters(model)
-    radii = np.linspace(0, reach, 60)
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     rays = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    points = params[1:3] + radii[:, None, None] * rays
-    sigma = placing_sigma(workings, model, points.reshape(-1, 2)).reshape(len(radii), -1)
+
+    def spread(radii: Floats) -> Floats:
+        points = params[1:3] + radii[:, None, None] * rays
+        sigma = placing_sigma(workings, model, points.reshape(-1, 2))
+        return sigma.reshape(len(radii), -1)
+
+    radii = np.linspace(0, max(content, lines), 60)
+    sigma = spread(radii)
     low, high = sigma.min(axis=1), sigma.max(axis=1)
+    there = float(spread(np.array([lines])).max())
 
     def draw(axes: Any) -> None:
         axes.fill_between(radii, low, high, color=BLUE, alpha=0.3, lw=0)
         axes.plot(radii, high, color=BLUE)
-        axes.set_xlim(0, reach)
-        axes.set_ylim(bottom=0)
+        axes.axvline(lines, color=ORANGE, lw=1.4, ls=(0, (4, 3)), label="outermost lines")
+        axes.set_xlim(0, radii[-1])
+        # Near a fold it grows without bound.
+        axes.set_ylim(0, max(min(float(high[-1]), _STEEPEST * there), 1e-3))
         axes.set_xlabel("distance from the centre in the picture, px")
         axes.set_ylabel("± px in the corrected picture")
+        axes.legend(loc="upper left")
 
     svg = plot(
         draw,
         "How surely a point is placed in the corrected picture, over its distance from the centre:"
-        f" ± {high[-1]:.2g} px at the farthest content.",
+        f" ± {there:.2g} px at the outermost lines.",
     )
-    return svg, float(high[-1])
+    return svg, there
 
 
 def entropy_over_lambda(workings: Workings, spec: CalibrationSpec, model: DivisionModel) -> Html:
