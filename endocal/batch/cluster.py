@@ -19,7 +19,7 @@ from ..errors import EndocalError, InputError, UsageError
 from ..files.names import shown
 from ..jobs.correct import Progress
 from .executor import Ended, Event, Moved, Started
-from .remote import perform_on_worker
+from .remote import PassingError, perform_on_worker
 from .task import Outcome, Task
 
 _CONNECT_S = 15
@@ -39,10 +39,11 @@ class Cluster:
     Each thread of a worker takes one recording at a time. Dask gives the tasks of a lost worker to others,
     and tries a task ``retries`` times more that failed for a passing reason. ``run`` is the name of this
     run in the file ``lock``, by which a worker knows that it is not over. Raises UsageError without the
-    extra ``cluster``, InputError where the scheduler does not answer or a worker has another endocal.
+    extra ``cluster``, InputError where the scheduler does not answer, or a worker has another endocal or
+    does not see the directory of outputs.
     """
 
-    def __init__(self, address: str, retries: int, run: str, lock: Path) -> None:
+    def __init__(self, address: str, retries: int, patience_s: float, run: str, lock: Path) -> None:
         try:
             from distributed import Client
         except ImportError:
@@ -50,7 +51,8 @@ class Cluster:
                 "--scheduler needs Dask: pip install 'endocal-toolchain[cluster]'"
             ) from None
         _hush()
-        self._address, self._retries, self._run, self._lock = address, retries, run, lock
+        self._address, self._retries, self._patience_s = address, retries, patience_s
+        self._run, self._lock = run, lock
         where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
         try:
             self._client: Any = Client(**where, timeout=_CONNECT_S, set_as_default=False)
@@ -58,7 +60,7 @@ class Cluster:
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise InputError(f"no Dask scheduler answers at {shown(address)}: {reason}") from None
         try:
-            self._check_versions()
+            self._check_workers()
         except BaseException:
             self.close()
             raise
@@ -124,7 +126,7 @@ class Cluster:
     def _submit(self, key: str, task: Task, topic: str) -> Any:
         # A task that Dask repeats, since its worker was lost, may find its own output there.
         task = replace(task, correction=replace(task.correction, overwrite=True))
-        order = (task, topic, key, self._run, str(self._lock))
+        order = (task, topic, key, self._run, str(self._lock), self._patience_s)
         with self._speaking():
             return self._client.submit(
                 perform_on_worker, *order, key=key, pure=False, retries=self._retries
@@ -153,12 +155,22 @@ class Cluster:
             return Outcome(
                 error=f"{shown(place)}: every worker that took it died, {error.last_worker.address} last"
             )
+        if not isinstance(error, PassingError):
+            # A worker that has come since the start may be one that nothing can be done on.
+            with self._speaking():
+                self._check_workers()
         words = (
             str(error) if isinstance(error, EndocalError) else f"{type(error).__name__}: {error}"
         )
         return Outcome(error=words)
 
-    def _check_versions(self) -> None:
+    def _check_workers(self) -> None:
+        for address, sees in sorted(self._client.run(os.path.exists, str(self._lock)).items()):
+            if not sees:
+                raise InputError(
+                    f"the Dask worker {address} does not see {shown(self._lock.parent)}: files go by shared"
+                    " paths"
+                )
         # A function of ours would not arrive at a worker that has none or an old endocal.
         answers = self._client.run(eval, "__import__('endocal').__version__", on_error="return")
         for address, answer in sorted(answers.items()):

@@ -9,17 +9,19 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 
 from ..jobs.correct import Progress
 from .executor import Ended, Event, Moved, Started
-from .task import Outcome, Task
+from .task import Outcome, Task, stuck
 
 # A worker that has done so many gives way to a fresh one, in case that a library keeps memory.
 _RECORDINGS_PER_PROCESS = 200
 _PATIENCE_S = 10.0
+_LOOK_EVERY_S = 10.0
 _COMMAND = "from endocal.batch.worker import main; main()"
 
 
@@ -27,13 +29,15 @@ class Processes:
     """``jobs`` worker processes, each with ``threads`` threads, started as they are needed and kept warm.
 
     They hold the lock with us (``lock`` is its descriptor), and end when we do, however that is. A process
-    that dies takes only its own recording along, which is tried ``retries`` times more.
+    that dies takes only its own recording along, which is tried ``retries`` times more. One whose recording
+    has not moved on by a frame for ``patience_s`` seconds is ended, and the recording fails.
     """
 
-    def __init__(self, jobs: int, threads: int, retries: int, lock: int) -> None:
+    def __init__(self, jobs: int, threads: int, retries: int, patience_s: float, lock: int) -> None:
         self._jobs = jobs
         self._threads = threads
         self._retries = retries
+        self._patience_s = patience_s
         self._lock = lock
 
     def describe(self) -> str:
@@ -56,7 +60,9 @@ class Processes:
                 busy = {w.connection: w for w in workers if w.task is not None}
                 if not busy:
                     return
-                for connection in wait(list(busy)):
+                for worker in busy.values():
+                    worker.end_if_stuck(self._patience_s)
+                for connection in wait(list(busy), min(_LOOK_EVERY_S, self._patience_s)):
                     assert isinstance(connection, Connection)
                     worker = busy[connection]
                     task = worker.task
@@ -111,6 +117,8 @@ class _Worker:
         self.task: Task | None = None
         self._count = 0
         self._is_dead = False
+        self._frames, self._moved = 0, 0.0
+        self._stuck_s: float | None = None
 
     @property
     def pid(self) -> int:
@@ -122,6 +130,7 @@ class _Worker:
 
     def send(self, task: Task) -> None:
         self.task = task
+        self._frames, self._moved = 0, time.monotonic()
         # A process that is dead already shows when its answer is read.
         with contextlib.suppress(BrokenPipeError):
             self.connection.send(task)
@@ -132,11 +141,19 @@ class _Worker:
             message: Progress | Outcome = self.connection.recv()
         except (EOFError, ConnectionResetError):
             self._is_dead = True
-            message = Outcome(error=self._last_words(), passing=True)
+            message = Outcome(error=self._last_words(), passing=self._stuck_s is None)
         if isinstance(message, Outcome):
             self.task = None
             self._count += 1
+        elif message.frames != self._frames:
+            self._frames, self._moved = message.frames, time.monotonic()
         return message
+
+    def end_if_stuck(self, patience_s: float) -> None:
+        """Kill the process if its recording has not moved on for so long; that shows when it is read."""
+        if time.monotonic() - self._moved > patience_s:
+            self._stuck_s = patience_s
+            self._process.kill()
 
     def hang_up(self) -> None:
         """Let the worker end, and remove what it has begun."""
@@ -154,6 +171,8 @@ class _Worker:
     def _last_words(self) -> str:
         assert self.task is not None
         code = self._process.wait()
+        if self._stuck_s is not None:
+            return stuck(self.task.correction.input, self._stuck_s)
         name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         if code == -signal.SIGKILL:
             name += ", which may be for want of memory: fewer --jobs need less"

@@ -26,7 +26,8 @@ class BatchSpec:
 
     ``jobs`` recordings are worked on at once, with ``threads`` threads each; None: by cores and memory.
     ``scheduler`` is the address of a Dask scheduler, whose workers are used instead. What fails for a reason
-    outside the recording (a lost worker, a network drive) is tried ``retries`` times more.
+    outside the recording (a lost worker, a network drive) is tried ``retries`` times more; a recording that
+    has not moved on by a frame for ``patience_s`` seconds is given up.
 
     ``overwrite`` replaces outputs that the ledger does not know; ``redo`` does again what is done;
     ``rehash`` trusts no timestamp; ``retry_failed`` does only what failed before; ``fail_fast`` begins
@@ -51,6 +52,7 @@ class BatchSpec:
     threads: int | None = None
     scheduler: str | None = None
     retries: int = 2
+    patience_s: float = 3600.0
     overwrite: bool = False
     redo: bool = False
     rehash: bool = False
@@ -65,6 +67,8 @@ class BatchSpec:
         ):
             if value is not None and value < least:
                 raise UsageError(f"{option} {value}: it is {least} or more")
+        if not self.patience_s > 0:
+            raise UsageError(f"--patience {self.patience_s / 60:g}: it is more than 0 minutes")
         if self.jobs is not None and self.scheduler is not None:
             raise UsageError(
                 "--jobs is for this machine: the cluster's workers say how many at once"

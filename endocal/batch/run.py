@@ -181,11 +181,12 @@ def _executor(spec: BatchSpec, run: str, lock: Lock, needed: bool) -> Iterator[E
     if spec.scheduler is None or not needed:
         jobs = spec.jobs or default_jobs()
         threads = spec.threads or _default_threads(spec)
-        yield Processes(jobs, threads, spec.retries, lock.descriptor)
+        yield Processes(jobs, threads, spec.retries, spec.patience_s, lock.descriptor)
         return
     from .cluster import Cluster
 
-    cluster = Cluster(spec.scheduler, spec.retries, run, lock.path.absolute())
+    path = lock.path.absolute()
+    cluster = Cluster(spec.scheduler, spec.retries, spec.patience_s, run, path)
     try:
         yield cluster
     finally:

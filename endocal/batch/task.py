@@ -76,8 +76,6 @@ def perform(task: Task, tell: Tell = lambda progress: None) -> Outcome:
     ``tell`` is told about twice a second how far it is; an exception that it raises ends the task and is
     raised.
     """
-    if task.version != __version__:
-        return Outcome(error=f"the worker has endocal {__version__}, and the batch {task.version}")
     try:
         with marked_temporaries(task.mark):
             return _perform(task, _sparingly(tell))
@@ -93,6 +91,11 @@ def perform(task: Task, tell: Tell = lambda progress: None) -> Outcome:
         return Outcome(
             error=f"{name}: {error.strerror or error}", passing=passing, full=error.errno in _FULL
         )
+
+
+def stuck(source: str, seconds: float) -> str:
+    """Say that a recording does not move on."""
+    return f"{shown(source)}: has not moved on for {seconds / 60:.3g} minutes, and is given up (--patience)"
 
 
 def _perform(task: Task, tell: Tell) -> Outcome:

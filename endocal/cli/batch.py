@@ -108,6 +108,12 @@ def command(
             "--retries", metavar="N", help="Tries after a lost worker or a failing network drive."
         ),
     ] = 2,
+    patience: Annotated[
+        float,
+        _how(
+            "--patience", metavar="MINUTES", help="Give up a recording that stands still so long."
+        ),
+    ] = 60.0,
     keep_going: Annotated[
         bool,
         _how("--keep-going/--fail-fast", help="After a failure: go on, or begin nothing more."),
@@ -169,6 +175,7 @@ def command(
         threads=threads,
         scheduler=scheduler,
         retries=retries,
+        patience_s=60 * patience,
         overwrite=overwrite,
         redo=redo,
         rehash=rehash,

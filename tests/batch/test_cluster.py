@@ -15,6 +15,10 @@ from typing import Any
 import pytest
 
 from endocal.batch import cluster as cluster_module
+from endocal.batch.remote import WorkerError, perform_on_worker
+from endocal.batch.task import Task
+from endocal.errors import InputError
+from endocal.jobs.correct import CorrectionSpec
 from tests.batch import tree
 from tests.batch.conftest import Tree
 
@@ -147,6 +151,21 @@ def test_a_worker_of_another_version_is_refused(
         dask.processes.remove(worker)
     assert "has endocal 0.0.1, and this is" in line
     assert not tree.outputs(tmp_path / "out")
+
+
+def test_a_worker_that_does_not_see_the_outputs_is_named(tmp_path: Path, dask: Cluster) -> None:
+    with pytest.raises(InputError, match=r"the Dask worker tcp://.* does not see .*nowhere"):
+        cluster_module.Cluster(str(dask.file), 0, 60, "run", tmp_path / "nowhere" / "lock")
+
+
+def test_a_worker_that_joins_late_refuses_what_it_cannot_do(tmp_path: Path) -> None:
+    spec = CorrectionSpec("a.mkv", "b.mkv", "cal.toml")
+    task = Task("b.mkv", spec, "", "", None, "mark", version="0.0.1")
+    with pytest.raises(WorkerError, match=r"and the batch 0\.0\.1"):
+        perform_on_worker(task, "topic", "key", "run", str(tmp_path), 60)
+    task = Task("b.mkv", spec, "", "", None, "mark")
+    with pytest.raises(WorkerError, match="does not see"):
+        perform_on_worker(task, "topic", "key", "run", str(tmp_path / "lock"), 60)
 
 
 def test_a_scheduler_that_does_not_answer(

@@ -36,15 +36,31 @@ def task(folder: Path, name: str, **options: object) -> Task:
     return Task(name, spec, "", "", None, "mark")
 
 
+def instead_of_correct(folder: Path, monkeypatch: pytest.MonkeyPatch, *lines: str) -> None:
+    """Let workers run these lines before the real correction."""
+    (folder / "fake").mkdir()
+    body = "".join(f"        {line}\n" for line in lines)
+    # Imported by every interpreter at its start.
+    (folder / "fake" / "sitecustomize.py").write_text(
+        "import sys, os, time\n"
+        "if 'endocal.batch.worker' in ' '.join(sys.orig_argv):\n"
+        "    import endocal.batch.task as t\n"
+        "    def correct(spec, tell, real=t.correct):\n"
+        f"{body}"
+        "        return real(spec, tell)\n"
+        "    t.correct = correct\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(folder / "fake"))
+
+
 def test_a_process_that_dies_is_replaced_and_its_recording_tried_again(
     tmp_path: Path, lock: int
 ) -> None:
     Clip(frames=3).make(tmp_path / "a.mkv")
-    # Reading a pipe that nobody writes blocks: a worker that hangs, for us to kill.
     Clip(frames=600).make(tmp_path / "long.mkv")
     orders = iter([task(tmp_path, "long.mkv"), task(tmp_path, "a.mkv")])
     workers, outcomes = [], {}
-    for event in Processes(1, 1, 1, lock).run(orders):
+    for event in Processes(1, 1, 1, 3600, lock).run(orders):
         if isinstance(event, Started):
             workers.append(int(event.worker.split()[1]))
             if len(workers) == 1:
@@ -61,34 +77,39 @@ def test_a_recording_that_kills_every_process_fails_alone(
 ) -> None:
     Clip(frames=3).make(tmp_path / "a.mkv")
     Clip(frames=3).make(tmp_path / "deadly.mkv")
-    fake = tmp_path / "fake"
-    fake.mkdir()
-    # Imported by every interpreter at its start.
-    (fake / "sitecustomize.py").write_text(
-        "import sys, os\n"
-        "if 'endocal.batch.worker' in ' '.join(sys.orig_argv):\n"
-        "    import endocal.batch.task as t\n"
-        "    def correct(spec, tell, real=t.correct):\n"
-        "        if 'deadly' in spec.input:\n"
-        "            print('the library gives up', file=sys.stderr, flush=True)\n"
-        "            os.abort()\n"
-        "        return real(spec, tell)\n"
-        "    t.correct = correct\n"
+    instead_of_correct(
+        tmp_path,
+        monkeypatch,
+        "if 'deadly' in spec.input:",
+        "    print('the library gives up', file=sys.stderr, flush=True)",
+        "    os.abort()",
     )
-    monkeypatch.setenv("PYTHONPATH", str(fake))
     orders = iter([task(tmp_path, "deadly.mkv"), task(tmp_path, "a.mkv")])
-    events = list(Processes(1, 1, 1, lock).run(orders))
+    events = list(Processes(1, 1, 1, 3600, lock).run(orders))
     outcomes = {e.place: e.outcome for e in events if isinstance(e, Ended)}
     assert outcomes["a.mkv"].made is not None
     assert "its process died (SIGABRT): the library gives up" in str(outcomes["deadly.mkv"].error)
     assert len([e for e in events if isinstance(e, Started) and e.place == "deadly.mkv"]) == 2
 
 
+def test_a_recording_that_stands_still_is_given_up(
+    tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a.mkv", "stuck.mkv"):
+        Clip(frames=3).make(tmp_path / name)
+    instead_of_correct(tmp_path, monkeypatch, "if 'stuck' in spec.input:", "    time.sleep(60)")
+    orders = iter([task(tmp_path, "stuck.mkv"), task(tmp_path, "a.mkv")])
+    events = list(Processes(1, 1, 1, 3.0, lock).run(orders))
+    outcomes = {e.place: e.outcome for e in events if isinstance(e, Ended)}
+    assert outcomes["a.mkv"].made is not None
+    assert "has not moved on for 0.05 minutes" in str(outcomes["stuck.mkv"].error)
+
+
 def test_closing_the_run_ends_the_processes_and_their_temporary_files(
     tmp_path: Path, lock: int
 ) -> None:
     Clip(frames=600).make(tmp_path / "long.mkv")
-    run = Processes(1, 1, 1, lock).run(iter([task(tmp_path, "long.mkv")]))
+    run = Processes(1, 1, 1, 3600, lock).run(iter([task(tmp_path, "long.mkv")]))
     started = next(run)
     assert isinstance(started, Started)
     deadline = time.monotonic() + 20

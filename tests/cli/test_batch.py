@@ -95,6 +95,7 @@ def test_it_takes_the_options_of_correct(endocal: Runner, batch: Batch) -> None:
         (("--jobs", "0"), "--jobs 0: it is 1 or more"),
         (("--jobs", "2", "--scheduler", "tcp://x"), "--jobs is for this machine"),
         (("--redo", "--retry-failed"), "exclude each other"),
+        (("--patience", "0"), "--patience 0: it is more than 0 minutes"),
         (("--suffix", "mkv"), "in a batch it is a suffix"),
         (("--zoom-log", "zoom.csv"), "in a batch it is a suffix"),
         (("--view", "all"), "--view all: it is one of same, crop, full"),
