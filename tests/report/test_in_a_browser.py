@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from endocal.batch.report import Line
 from endocal.cli.app import run
+from tests.batch.test_page import FACTS
+from tests.batch.test_page import page as batch_page
 from tests.browser import Browser
 
 pytest.importorskip("matplotlib")
@@ -30,7 +33,10 @@ def pages(tmp_path_factory: pytest.TempPathFactory, sample_data: Path) -> list[P
         ("report", folder / "log.csv", "-o", log),
     ):
         assert run([str(word) for word in words]) == 0
-    return [calibration, table, log]
+    batch = folder / "batch.html"
+    failure = Line("b/<i>.mp4", "/raw/b", "failed", "is no <video>", True)
+    batch.write_text(batch_page(Line("a.mp4", "/raw/a.mp4", "done", None, True, FACTS), failure))
+    return [calibration, table, log, batch]
 
 
 def test_the_console_stays_silent(browser: Browser, pages: list[Path], tmp_path: Path) -> None:
