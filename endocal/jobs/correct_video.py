@@ -50,9 +50,9 @@ def correct_video(
         whole = WholeFrames(reader, spec.deinterlace, spec.threads)
         info = whole.info
         split = Split(info, spec.stereo)
-        fitted, notes = _fit(spec, lenses, split, info)
+        fitted, notes = fit_eyes(spec, lenses, split, info)
         with _zoom_log(spec) as log, _target(spec) as target:
-            eyes = _eyes(spec, fitted, split, log, reader)
+            eyes = eye_sources(spec, fitted, split, log, reader)
             corrector = Corrector(spec, info, split, eyes)
             with VideoWriter(
                 target,
@@ -133,7 +133,7 @@ def correct_video(
         )
 
 
-def _eyes(
+def eye_sources(
     spec: CorrectionSpec,
     lenses: Sequence[Lens],
     split: Split,
@@ -154,7 +154,7 @@ def _eyes(
     ]
 
 
-def _fit(
+def fit_eyes(
     spec: CorrectionSpec, lenses: Sequence[Lens], split: Split, info: StreamInfo
 ) -> tuple[list[Lens], list[str]]:
     """Fit each eye's lens to its part of the frame; return the lenses and what is to be said of them."""

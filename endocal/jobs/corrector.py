@@ -66,9 +66,13 @@ class Split:
 
     def luma(self, frame: Frame, eye: int) -> np.ndarray:
         """Return the brightness of one view, (h, w) uint8 or uint16."""
+        return self.cut(luma_view(frame), eye)
+
+    def cut(self, picture: np.ndarray, eye: int) -> np.ndarray:
+        """Return one view's part of a whole frame (h, w, …) that has a pixel for each of the luma."""
         w, h = self.layout.size
         column, row = eye % self._arrangement[0], eye // self._arrangement[0]
-        return luma_view(frame)[row * h : (row + 1) * h, column * w : (column + 1) * w]
+        return picture[row * h : (row + 1) * h, column * w : (column + 1) * w]
 
 
 class Corrector:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,17 +17,17 @@ from ..model import DivisionModel
 from ..remap.engine import FrameRemapper
 from ..remap.geometry import OutputGeometry
 from ..remap.layout import frame_layout, supported
-from ..video.frames import Frame, luma_view, to_bgr
+from ..video.frames import Frame, to_bgr
 from ..video.reader import Item, VideoReader, is_frame
 from .before_after import Picture, before_after
 from .correct import CorrectionSpec, holds_picture, input_name, output_name
 from .correct_picture import check_picture_output, write_picture
-from .corrector import stream_geometry
+from .correct_video import eye_sources, fit_eyes
+from .corrector import Split, stream_geometry
 from .instant import Instant
 from .lens import Lens, ModelSource, fit_lens, model_source
 from .pipe import PIPE, PipeInput
 from .whole_frames import WholeFrames
-from .zoom_log import RecordedZoom
 
 # Before an instant that is given as a time the zoom is followed for so long: what it was before that hardly
 # counts any more.
@@ -41,7 +41,8 @@ class PreviewReport:
     """What was shown.
 
     ``frame`` is the number of the frame (None where it was found by its time) and ``time`` its own, s from
-    the start; ``size`` is the picture's (width, height) in px.
+    the start; ``lam`` px^-2 and ``center`` px are those of the model, the left or upper eye's of stereo;
+    ``size`` is the picture's (width, height) in px.
     """
 
     input: str
@@ -62,7 +63,6 @@ def preview(spec: CorrectionSpec, instant: Instant) -> PreviewReport:
     from LEAD_S before it. Raises InputError where the video ends before, and what ``correct`` raises.
     """
     for option, given in (
-        ("--stereo", spec.stereo),
         ("--side-by-side", spec.side_by_side),
         ("--zoom-log", spec.zoom_log),
         ("--live", spec.live),
@@ -103,6 +103,8 @@ def _of_picture(
 def _of_video(
     spec: CorrectionSpec, lens: Lens, instant: Instant, source: str | PipeInput
 ) -> PreviewReport:
+    right = None if spec.right_calibration is None else load(spec.right_calibration)
+    lenses = [lens] if spec.stereo is None else [lens, right or lens]
     with VideoReader(
         source,
         name=input_name(spec),
@@ -112,38 +114,35 @@ def _of_video(
     ) as reader:
         whole = WholeFrames(reader, spec.deinterlace, spec.threads)
         info = whole.info
-        layout = frame_layout(
-            info.pix_fmt,
-            info.size,
-            full_range=info.full_range,
-            chroma_location=info.colour.chroma_location or "unspecified",
-        )
-        aspect = None if info.sample_aspect is None else float(info.sample_aspect)
-        lens, note = fit_lens(lens, info.size, aspect, shown(spec.calibration))
-        recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
-        ahead = partial(_lumas, reader)
-        models = model_source(lens, spec.lookup, spec.assume_diameter, recorded, None, ahead)
+        split = Split(info, spec.stereo)
+        fitted, notes = fit_eyes(spec, lenses, split, info)
+        eyes = eye_sources(spec, fitted, split, None, reader)
         start = info.start or 0.0
         # A record may count the frames from the first on.
-        if instant.time is not None and recorded is None:
+        if instant.time is not None and spec.zoom_from is None:
             reader.go_to(start + instant.time - LEAD_S)
-        found = _found(whole.items(), instant, start, models)
+        found = _found(whole.items(), instant, start, split, eyes)
         if found is None:
             raise InputError(f"{input_name(spec)}: ends before {instant}")
-        frame, model = found
-        geometry = stream_geometry(spec, layout, [models])
+        frame, models = found
+        geometry = stream_geometry(spec, split.layout, eyes)
         time = None if frame.time is None else frame.time - start
         number = "" if instant.frame is None else f"frame {instant.frame}, "
         words = f"{number}{time:.2f} s" if time is not None else number.rstrip(", ")
-        picture = _picture(spec, to_bgr(frame), model, geometry, words)
-        return _written(spec, picture, model, instant.frame, time, [note, *models.notes])
+        bgr = to_bgr(frame)
+        views = [
+            _picture(spec, split.cut(bgr, eye), model, geometry, words)
+            for eye, model in enumerate(models)
+        ]
+        said = [*notes, *(note for eye in eyes for note in eye.notes)]
+        return _written(spec, np.vstack(views), models[0], instant.frame, time, said)
 
 
 def _found(
-    items: Iterable[Item], instant: Instant, start: float, models: ModelSource
-) -> tuple[Frame, DivisionModel] | None:
-    """Return the frame of an instant with its model; None where the video ends before it."""
-    found: tuple[Frame, DivisionModel] | None = None
+    items: Iterable[Item], instant: Instant, start: float, split: Split, eyes: Sequence[ModelSource]
+) -> tuple[Frame, list[DivisionModel]] | None:
+    """Return the frame of an instant with each eye's model; None where the video ends before it."""
+    found: tuple[Frame, list[DivisionModel]] | None = None
     end = -math.inf
     for number, frame in enumerate(filter(is_frame, items)):
         if instant.time is not None:
@@ -151,15 +150,15 @@ def _found(
             if found is not None and time > instant.time + _SAME_TIME_S:
                 return found
             end = time + (float(frame.duration * frame.time_base) if frame.duration else 0.1)
-        found = frame, models.model(partial(luma_view, frame), frame.time)
+        models = [
+            source.model(partial(split.luma, frame, eye), frame.time)
+            for eye, source in enumerate(eyes)
+        ]
+        found = frame, models
         if number == instant.frame:
             return found
     # The last frame is shown until the end.
     return found if instant.time is not None and instant.time <= end + _SAME_TIME_S else None
-
-
-def _lumas(reader: VideoReader) -> Iterator[np.ndarray]:
-    return (luma_view(frame) for frame in reader.from_start() or ())
 
 
 def _picture(

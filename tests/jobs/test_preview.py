@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from endocal.calibration.result import Calibration
 from endocal.errors import UsageError
 from endocal.files import load, save, write_image
 from endocal.jobs.before_after import CELLS, before_after
@@ -117,7 +118,6 @@ def test_what_does_not_go_together(
     options = ("-o", tmp_path / "a.png", "-c", table, "--preview", "3")
     for more in (
         ("--side-by-side",),
-        ("--stereo", "sbs"),
         ("--zoom-log", tmp_path / "log.csv"),
         ("--report", tmp_path / "run.html"),
     ):
@@ -165,3 +165,32 @@ def test_sixteen_bits_and_a_recorded_zoom(
         )
         expected = small.at_diameter((500 * 600) ** 0.5).lam
         assert json.loads(done.out)["lam"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_both_eyes_are_shown(endocal: Runner, tmp_path: Path) -> None:
+    import av
+
+    left, right = (
+        DivisionModel(-4e-6, (150.0, 110.0), (320, 240)),
+        DivisionModel(0.0, (160.0, 120.0), (320, 240)),
+    )
+    grey = np.tile(np.arange(320, dtype=np.uint8) // 2 + 40, (240, 2))
+    with av.open(str(tmp_path / "in.mkv"), "w") as out:
+        stream = out.add_stream("ffv1", 25, width=640, height=240, pix_fmt="gray")
+        for _ in range(3):
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(grey, "gray")))
+        out.mux(stream.encode())
+    for name, model in (("left", left), ("right", right)):
+        save(Calibration(model), tmp_path / f"{name}.toml")
+    done = endocal(
+        *("correct", tmp_path / "in.mkv", "-o", tmp_path / "a.png", "--stereo", "sbs", "--preview"),
+        *("2", "-c", tmp_path / "left.toml", "-c", tmp_path / "right.toml"),
+    )
+    assert done.code == 0, done.err
+    eyes = np.split(cv2.imread(str(tmp_path / "a.png")), 2)
+    # The right eye has no distortion: before and after are alike, grid and all. The left's are not.
+    differences = [
+        np.abs(eye[-240:, :320].astype(int) - eye[-240:, -320:]).max(axis=2) for eye in eyes
+    ]
+    assert (differences[0] > 30).mean() > 0.05
+    assert (differences[1] > 30).mean() < 0.01
