@@ -46,6 +46,7 @@ class Cluster:
     def __init__(self, address: str, retries: int, patience_s: float, run: str, lock: Path) -> None:
         try:
             from distributed import Client
+            from distributed.comm.addressing import resolve_address
         except ImportError:
             raise UsageError(
                 "--scheduler needs Dask: pip install 'endocal-toolchain[cluster]'"
@@ -55,6 +56,9 @@ class Cluster:
         self._run, self._lock = run, lock
         where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
         try:
+            if "address" in where:
+                # A client that was made for a wrong address takes half a minute to go.
+                resolve_address(address)
             self._client: Any = Client(**where, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError, KeyError) as error:
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__

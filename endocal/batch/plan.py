@@ -17,10 +17,11 @@ from ..files.names import shown
 from ..jobs.correct import CorrectionSpec
 from ..video.encoder import EncoderChoice
 from ..zoom.table import ZoomTable
-from .fingerprint import FileState, combined, sha256
+from .fingerprint import FileState, sha256
 from .ledger import FAILED, RUNNING, Entry
 from .recording import BatchSpec, Recording
 from .sources import find_recordings
+from .task import lens_digest
 
 # What a step does: correct; compare the input's SHA-256 with the ledger's, and correct if it differs;
 # nothing, since it is done; nothing, since the output is not ours.
@@ -95,7 +96,7 @@ def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
 
 def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
     correction = _correction(spec, recording)
-    lens = _lens_digest(correction)
+    lens = lens_digest(correction, _digest)
     page = None if spec.report is None else os.path.splitext(correction.output)[0] + spec.report
     options = _options_digest(correction, spec.report)
     exists = os.path.lexists(correction.output)
@@ -216,15 +217,6 @@ def _options_digest(correction: CorrectionSpec, page: str | None) -> str:
             value = {k: v for k, v in asdict(value).items() if v != getattr(plain.encoder, k)}
         differing[field.name] = value
     return hashlib.sha256(json.dumps(differing, sort_keys=True).encode()).hexdigest()
-
-
-def _lens_digest(correction: CorrectionSpec) -> str:
-    digests = [_digest(correction.calibration)]
-    if correction.right_calibration is not None:
-        digests.append(_digest(correction.right_calibration))
-    if correction.zoom_from is not None and os.path.isfile(correction.zoom_from):
-        digests.append(sha256(correction.zoom_from))
-    return combined(digests)
 
 
 def _size(path: str) -> int:

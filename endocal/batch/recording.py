@@ -67,6 +67,8 @@ class BatchSpec:
         ):
             if value is not None and value < least:
                 raise UsageError(f"{option} {value}: it is {least} or more")
+        if not self.out:
+            raise UsageError("--out is empty: name a directory")
         if not self.patience_s > 0:
             raise UsageError(f"--patience {self.patience_s / 60:g}: it is more than 0 minutes")
         if self.jobs is not None and self.scheduler is not None:

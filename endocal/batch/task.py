@@ -22,7 +22,7 @@ from ..jobs.correct import (
     holds_picture,
 )
 from ..video.encoder import EncoderChoice
-from .fingerprint import FileState, sha256
+from .fingerprint import FileState, combined, sha256
 from .ledger import Made
 
 # The reasons of the system, rather than of the recording, that may be gone the next time.
@@ -93,6 +93,18 @@ def perform(task: Task, tell: Tell = lambda progress: None) -> Outcome:
         )
 
 
+def lens_digest(correction: CorrectionSpec, digest: Callable[[str], str] = sha256) -> str:
+    """Return one SHA-256 for all that tells the lens: calibrations, and the record of the zoom if any.
+
+    ``digest`` gives that of a calibration.
+    """
+    paths = (correction.calibration, correction.right_calibration)
+    digests = [digest(path) for path in paths if path is not None]
+    if correction.zoom_from is not None and os.path.isfile(correction.zoom_from):
+        digests.append(sha256(correction.zoom_from))
+    return combined(digests)
+
+
 def stuck(source: str, seconds: float) -> str:
     """Say that a recording does not move on."""
     return f"{shown(source)}: has not moved on for {seconds / 60:.3g} minutes, and is given up (--patience)"
@@ -108,6 +120,9 @@ def _perform(task: Task, tell: Tell) -> Outcome:
     settled = before.is_settled(began)
     if digest == task.known_sha256:
         return Outcome(unchanged=(before, settled))
+    if lens_digest(task.correction) != task.lens_sha256:
+        name = shown(task.correction.calibration)
+        return Outcome(error=f"{shown(source)}: {name} has changed since the batch began")
     _make_directory(os.path.dirname(task.correction.output))
     report = _correct(task, tell)
     output = task.correction.output

@@ -168,17 +168,19 @@ def test_a_worker_that_joins_late_refuses_what_it_cannot_do(tmp_path: Path) -> N
         perform_on_worker(task, "topic", "key", "run", str(tmp_path / "lock"), 60)
 
 
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "no port"])
 def test_a_scheduler_that_does_not_answer(
     endocal: Callable[..., Any],
     recordings: Tree,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
+    address: str,
 ) -> None:
     monkeypatch.setattr(cluster_module, "_CONNECT_S", 0.5)
     arguments = tree.command(recordings.source, tmp_path / "out", recordings.lens)[3:]
     arguments = [a for a in arguments if a not in ("--jobs", "2")]
-    line = endocal(*arguments, "--scheduler", "tcp://127.0.0.1:9").fails()
-    assert "no Dask scheduler answers at tcp://127.0.0.1:9" in line
+    line = endocal(*arguments, "--scheduler", address).fails()
+    assert f"no Dask scheduler answers at {address}" in line
 
 
 def test_a_scheduler_that_goes_away(recordings: Tree, tmp_path: Path, dask: Cluster) -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from endocal.batch.executor import Ended, Started
 from endocal.batch.processes import Processes
-from endocal.batch.task import Task
+from endocal.batch.task import Task, lens_digest
 from endocal.jobs.correct import CorrectionSpec
 from tests.jobs.lenses import calibration
 from tests.video.clips import Clip
@@ -33,7 +33,7 @@ def task(folder: Path, name: str, **options: object) -> Task:
     spec = CorrectionSpec(
         str(folder / name), str(folder / "out" / name), lens, threads=1, device="numpy"
     )
-    return Task(name, spec, "", "", None, "mark")
+    return Task(name, spec, lens_digest(spec), "", None, "mark")
 
 
 def instead_of_correct(folder: Path, monkeypatch: pytest.MonkeyPatch, *lines: str) -> None:

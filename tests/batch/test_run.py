@@ -14,7 +14,7 @@ import pytest
 
 from endocal.batch import fingerprint
 from endocal.batch import task as task_module
-from endocal.batch.plan import CHECK, DO, KEEP, LEAVE
+from endocal.batch.plan import CHECK, DO, KEEP, LEAVE, Plan
 from endocal.batch.run import preview_batch, run_batch
 from endocal.errors import InputError, OutputError, UsageError
 from tests.batch.local import Batch, Seen, make_batch
@@ -172,6 +172,19 @@ def test_a_recording_that_grows_meanwhile_is_refused(
     errors = batch.did()
     assert all("is it being recorded still?" in str(e) for e in errors.values())
     assert not (batch.out / "a.mkv").exists()
+
+
+def test_a_calibration_that_changes_meanwhile_is_told(batch: Batch) -> None:
+    """Else outputs would be recorded as made from another calibration than they were."""
+
+    class Meddling(Seen):
+        def planned(self, plan: Plan, workers: str) -> None:
+            calibration(batch.folder / "cal.toml", -1.4e-4)
+
+    report = run_batch(batch.spec(), Meddling())
+    assert report.count("failed") == 2
+    assert "cal.toml has changed since the batch began" in str(report.lines[0].reason)
+    assert batch.did() == BOTH
 
 
 def test_pictures_in_the_tree_are_corrected_too(batch: Batch, sample_data: Path) -> None:
