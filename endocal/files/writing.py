@@ -1,13 +1,14 @@
 """TOML text with a comment on each unit, the same bytes for the same values.
 
-Written by hand rather than by a TOML writer because those keep no comments, and the units belong beside
-the numbers. Only what our two documents hold is covered: strings, numbers, flags, and lists of them.
+Laid out line by line because TOML writers keep no comments, and the units belong beside the numbers; strings
+are tomli-w's. Only what our two documents hold is covered: strings, numbers, flags, and lists of them.
 """
 
 from __future__ import annotations
 
-import json
 import math
+
+import tomli_w
 
 from ..errors import InputError
 
@@ -77,7 +78,7 @@ def text(value: str) -> str:
     The bytes of a file name that are no valid Unicode become question marks.
     """
     clean = value.encode("utf-8", "replace").decode("utf-8")
-    quoted = json.dumps(clean, ensure_ascii=False)
+    quoted = tomli_w.dumps({"key": clean}).removeprefix("key = ").rstrip("\n")
     return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)
 
 
