@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test lint format bench bench-calibration bench-zoom sample-data docs package clean
+.PHONY: help install demo test lint format bench bench-calibration bench-methods bench-zoom tables sample-data docs package clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-18s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -43,6 +43,12 @@ bench: $(INSTALLED) ## Time endocal beside its peers, in the same run
 bench-calibration: $(INSTALLED) ## Print how accurate calibration is, on random boards and real pictures
 	@mkdir -p build
 	$(BIN)/python bench/calibration.py --json build/calibration.json
+
+bench-methods: $(INSTALLED) ## Print how near bare HEwG and HEPLP come on random boards
+	$(BIN)/python bench/methods.py
+
+tables: $(INSTALLED) ## Write docs/results.md, the article's tables and figures made anew (some minutes)
+	$(BIN)/python -m bench.tables
 
 bench-zoom: $(INSTALLED) ## Print how well the zoom is found, tabulated and followed
 	@mkdir -p build

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calibration.hough import ANGLES
+from ..calibration.hough import ANGLES, magnification
 from ..calibration.straightness import LEAST_DENOMINATOR
 
 Floats = NDArray[np.float64]
@@ -19,8 +19,8 @@ def entropy(
 ) -> float:
     """Return the entropy (eq. 6) of the votes of ``points`` (n, 2) px with unit ``gradients`` (n, 2).
 
-    ``step`` px is the height of a cell of the vote map. A point past the fold, or whose line lies farther
-    out than the map, votes for a cell of its own.
+    ``step`` px is the height of a cell of the vote map where the model magnifies nothing. A point past the
+    fold, or whose line lies farther out than the map, votes for a cell of its own.
     """
     d = points - (cx, cy)
     gx, gy = gradients.T
@@ -31,7 +31,8 @@ def entropy(
     phi = np.arctan2(uy, ux) % np.pi
     r = u[:, 0] * np.cos(phi) + u[:, 1] * np.sin(phi)
     half = int(4 * np.hypot(*np.ptp(points, axis=0)) / step)
-    column = np.floor(r / step).astype(int) + half
+    cell = step * magnification((d**2).sum(axis=1), np.array([lam])).item()
+    column = np.floor(r / cell).astype(int) + half
     row = np.minimum((phi * (ANGLES / np.pi)).astype(int), ANGLES - 1)
     voting = (beta > LEAST_DENOMINATOR) & (column >= 0) & (column < 2 * half)
     votes = np.bincount(row[voting] * 2 * half + column[voting])

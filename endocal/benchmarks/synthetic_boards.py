@@ -102,7 +102,7 @@ def run_board(seed: int) -> Outcome:
         seed=seed,
         size=scene.model.size,
         pattern=scene.pattern.kind,
-        strength=_strength(scene),
+        strength=strength_of(scene),
         verdict=verdict,
         reasons=reasons,
         lam_error=lam_error,
@@ -183,7 +183,8 @@ def _errors(
     return lam_error, center_error, _three([e / s for e, s in zip(errors, sigmas, strict=True)])
 
 
-def _strength(scene: BoardScene) -> float:
+def strength_of(scene: BoardScene) -> float:
+    """Return lam R^2, R being the radius of the farthest visible pixel."""
     model, circle = scene.model, scene.circle
     boundary = Boundary(circle.center, circle.diameter, 0.0, 1.0) if circle else None
     return model.lam * content_radius(model.center, model.size, boundary, model.pixel_aspect) ** 2

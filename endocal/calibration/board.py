@@ -172,6 +172,8 @@ def _grown(grey: Grey, board: Corners, model: Fit) -> Corners:
         seen = ((around >= 1) & (around <= (w - 2, h - 2))).all(axis=(1, 2))
         seen &= (side > SHORTEST_SIDE) & np.isfinite(at).all(axis=1)
     places, at, around, side = places[seen], at[seen], around[seen], side[seen]
+    if len(places) == 0:
+        return board
     usual = np.nanmedian(_contrast(grey, board.places, _expected(model, board.places)[1]))
     good = _contrast(grey, places, around) * np.sign(usual) > LEAST_CONTRAST * abs(usual)
     found = _measured(grey, at[good], side[good])

@@ -23,6 +23,8 @@ LOCAL_SHARE = 0.3
 NEIGHBORHOOD = 0.15
 # Canny's lower threshold over its upper one.
 HYSTERESIS = 0.4
+# The Gaussian of the structure tensor, px (sigma), as a share of the size that is looked at.
+TENSOR_SPREAD = 0.19
 # Connected edges with fewer points than this are specks.
 SHORTEST_CHAIN = 15
 
@@ -68,6 +70,27 @@ def sobel_gradients(grey: Grey, points: Floats, size: int) -> Floats:
     gx = cv2.sepFilter2D(grey, cv2.CV_32F, derivative, smoothing, borderType=cv2.BORDER_REPLICATE)
     gy = cv2.sepFilter2D(grey, cv2.CV_32F, smoothing, derivative, borderType=cv2.BORDER_REPLICATE)
     return np.stack([gx[y, x], gy[y, x]], axis=1).astype(np.float64)
+
+
+def edge_directions(grey: Grey, points: Floats, size: int) -> tuple[Floats, Floats]:
+    """Return the normals (n, 2) of edges at ``points`` (n, 2) px, and how much of one direction they are.
+
+    The structure tensor: gradients by a Sobel mask of half of ``size`` px, their squares averaged with a
+    Gaussian, so that all in all ``size`` px are looked at. The second, (n,), is 1 where all of the gradients
+    there share a direction, and 0 where they have none, as at a crossing of lines.
+    """
+    half = max(3, size // 4 * 2 + 1)
+    derivative, smoothing = cv2.getDerivKernels(1, 0, half, normalize=True, ktype=cv2.CV_32F)
+    gx = cv2.sepFilter2D(grey, cv2.CV_32F, derivative, smoothing, borderType=cv2.BORDER_REPLICATE)
+    gy = cv2.sepFilter2D(grey, cv2.CV_32F, smoothing, derivative, borderType=cv2.BORDER_REPLICATE)
+    x, y = np.rint(points).astype(np.intp).T
+    xx, xy, yy = (
+        np.asarray(cv2.GaussianBlur(p, (0, 0), TENSOR_SPREAD * size)[y, x], np.float64)
+        for p in (gx * gx, gx * gy, gy * gy)
+    )
+    turn = np.arctan2(2 * xy, xx - yy) / 2
+    one_direction = np.hypot(xx - yy, 2 * xy) / np.maximum(xx + yy, 1e-9)
+    return np.stack([np.cos(turn), np.sin(turn)], axis=1), one_direction
 
 
 def _derivatives(grey: Grey) -> tuple[Grey, Grey]:

@@ -70,7 +70,7 @@ def test_a_refusal_and_a_crash_are_infinitely_wrong_and_told_apart(
 
 def test_the_strength_is_within_the_distribution() -> None:
     # lam R^2 lies in -1.5 ... -0.05 by the corner's radius, and above -1 by what is visible.
-    strengths = [synthetic_boards._strength(random_board(seed)) for seed in range(60)]
+    strengths = [synthetic_boards.strength_of(random_board(seed)) for seed in range(60)]
     assert all(-1 < s < -0.03 for s in strengths)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from endocal.benchmarks import plain_hewg
-from endocal.calibration.hough import ANGLES, Voters, hewg
+from endocal.calibration.hough import ANGLES, Voters, hewg, magnification
 from endocal.model import DivisionModel
 
 SIZE = (720, 540)
@@ -71,7 +71,8 @@ def test_under_the_true_model_each_line_is_one_cell() -> None:
     voters = Voters.of(points, gradients, SIZE[1])
     found = hewg(voters, np.array([TRUTH.lam]), *(np.array([c]) for c in TRUTH.center))
     p = np.bincount(labels) / len(points)
-    assert found.item() == pytest.approx(-(p * np.log(p)).sum(), abs=1e-6)
+    # At the magnification there, rounding may split a line that lies on the border of two cells.
+    assert found.item() == pytest.approx(-(p * np.log(p)).sum(), abs=1.5 / len(p))
 
 
 def test_the_true_model_has_the_least_entropy_around() -> None:
@@ -81,6 +82,15 @@ def test_the_true_model_has_the_least_entropy_around() -> None:
     xs, ys = (c + np.linspace(-30, 30, 7) for c in TRUTH.center)
     found = hewg(voters, lams, xs, ys)
     assert np.unravel_index(np.argmin(found), found.shape) == (5, 3, 3)
+
+
+def test_the_magnification_is_that_of_areas() -> None:
+    points = np.random.default_rng(0).uniform((100, 50), (600, 500), (100, 2))
+    areas = np.linalg.det(TRUTH.jacobian(points))
+    squares = ((points - TRUTH.center) ** 2).sum(axis=1)
+    found = magnification(squares, np.array([TRUTH.lam, 0.0]))
+    assert found[0] == pytest.approx(np.exp(np.log(areas).mean() / 2))
+    assert found[1] == 1
 
 
 @pytest.mark.parametrize("sign", [-1, 1])

@@ -3,7 +3,7 @@ import pytest
 
 from endocal.boundary.circle import Boundary
 from endocal.calibration.content import content_mask
-from endocal.calibration.edges import find_edges, sobel_gradients
+from endocal.calibration.edges import edge_directions, find_edges, sobel_gradients
 from endocal.calibration.picture import Picture, field_shift, fields, to_grey
 from endocal.errors import InputError
 from endocal.synth.board import render_board
@@ -58,6 +58,20 @@ def test_the_big_sobel_mask_gives_the_gradients_direction() -> None:
     grey = np.float32(2) * x + np.float32(3) * y
     g = sobel_gradients(grey, np.array([[50.0, 50.0], [40.2, 60.7]]), 21)
     np.testing.assert_allclose(g[:, 1] / g[:, 0], 1.5, rtol=1e-3)
+
+
+def test_an_edge_has_one_direction_and_a_crossing_has_none() -> None:
+    y, x = np.mgrid[0:101, 0:101].astype(np.float32)
+    angle = np.deg2rad(33.0)
+    across = (x - 50) * np.cos(angle) + (y - 50) * np.sin(angle)
+    along = (y - 50) * np.cos(angle) - (x - 50) * np.sin(angle)
+    at = np.array([[50.0, 50.0]])
+    edge = (100 * np.tanh(across)).astype(np.float32)
+    normal, one_direction = edge_directions(edge, at, 21)
+    assert abs(normal[0] @ (np.cos(angle), np.sin(angle))) > 1 - 1e-5  # 0.3 degrees
+    assert one_direction[0] > 0.99
+    crossing = (100 * np.tanh(across) * np.tanh(along)).astype(np.float32)
+    assert edge_directions(crossing, at, 21)[1][0] < 0.1
 
 
 def test_rim_surround_and_frame_are_no_scene() -> None:

@@ -16,6 +16,8 @@ their own. In homogeneous coordinates the three squares are the faces of half a 
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +37,7 @@ MOST_POINTS = 3000
 def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Measure:
     """Return the measure over edge points (n, 2) px with gradients (n, 2); ``size`` of the frame, px."""
     tangents = Tangents.of(points, gradients)
+    table = _table()
     middle, unit = ((size[0] - 1) / 2, (size[1] - 1) / 2), float(np.hypot(*size)) / 2
 
     def cost(lam: float, cx: float, cy: float) -> float:
@@ -47,9 +50,10 @@ def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Mea
             return_counts=True,
         )
         alone = len(points) - len(phi)
-        return entropy(
-            second_map(face_points(cells, FIRST), votes, SECOND), alone=alone * 1.5 * SECOND
-        )
+        places = table[cells].ravel()
+        weights = np.repeat(votes.astype(np.float64), table.shape[1])
+        held = np.bincount(places, weights, 3 * SECOND**2 + 1)[:-1]
+        return entropy(held, alone=alone * 1.5 * SECOND)
 
     return over_grid(cost)
 
@@ -80,24 +84,36 @@ def face_points(cells: Faces, side: int) -> Floats:
     return out
 
 
-def second_map(lines: Floats, votes: NDArray[np.intp], side: int) -> Floats:
-    """Return the votes (3, side, side) of lines (n, 3) for the points on them, line i having votes[i].
+def second_cells(lines: Floats, side: int) -> NDArray[np.int16]:
+    """Return the cells of the second map, of 3 * side^2, that lines (n, 3) vote for: (n, 3 * side).
 
-    On each face a line is followed along the axis that it is nearer to: one cell a step.
+    On each face a line is followed along the axis that it is nearer to: one cell a step. Steps that leave
+    the face are 3 * side^2.
     """
     steps = (2 * np.arange(side, dtype=np.float32) + 1) / side - 1
-    held = np.zeros(3 * side * side)
+    out = np.empty((len(lines), 3, side), np.int16)
     for face in range(3):
         p, q, s = (lines[:, (face + k) % 3].astype(np.float32) for k in (1, 2, 0))
         steep = np.abs(p) > np.abs(q)
         along, across = np.where(steep, q, p), np.where(steep, p, q)
         with np.errstate(divide="ignore", invalid="ignore"):
             slope, start = -along / across, -s / across
-        other = start[:, None] + slope[:, None] * steps
+            other = start[:, None] + slope[:, None] * steps
         inside = np.abs(other) < 1
-        column = ((other[inside] + 1) * np.float32(side / 2)).astype(np.int64)
-        line, step = np.nonzero(inside)
-        i = np.where(steep[line], column, step)
-        j = np.where(steep[line], step, column)
-        held += np.bincount((face * side + i) * side + j, votes[line], len(held))
-    return held.reshape(3, side, side)
+        column = ((np.where(inside, other, 0) + 1) * np.float32(side / 2)).astype(np.int32)
+        step = np.arange(side, dtype=np.int32)
+        i = np.where(steep[:, None], column, step)
+        j = np.where(steep[:, None], step, column)
+        out[:, face] = np.where(inside, (face * side + i) * side + j, 3 * side**2)
+    return out.reshape(len(lines), 3 * side)
+
+
+@cache
+def _table() -> NDArray[np.int16]:
+    """The cells of the second map that the middle of each cell of the first votes for."""
+    return np.concatenate(
+        [
+            second_cells(face_points(part, FIRST), SECOND)
+            for part in np.split(np.arange(3 * FIRST**2), FIRST)
+        ]
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..edges import EdgePoints, sobel_gradients
+from ..edges import EdgePoints, edge_directions
 from ..measured_fit import View
 from ..search import Found, Measure, search
 from ..straightness import Floats
@@ -17,6 +17,11 @@ __all__ = ["Measure", "NamedMeasure", "Prepare", "over_grid", "voting_edges"]
 
 # (points (n, 2) px, gradients (n, 2), the frame's size (width, height) px) -> the measure over them.
 Prepare = Callable[[Floats, Floats, tuple[float, float]], Measure]
+
+# An edge point votes where its surroundings are so much of one direction (see edge_directions); yet at
+# least this share of all points does.
+ONE_DIRECTION = 0.8
+FEWEST_VOTERS = 0.2
 
 
 @dataclass(frozen=True)
@@ -58,10 +63,14 @@ def over_grid(cost: Callable[[float, float, float], float]) -> Measure:
 
 
 def voting_edges(view: View, sobel: int, most: int) -> EdgePoints:
-    """Return at most ``most`` edge points of a view, drawn evenly, with their Sobel gradients."""
-    edges = view.edges
-    gradients = sobel_gradients(view.grey, edges.points, sobel)
-    if len(edges) > most:
-        chosen = np.random.default_rng(0).permutation(len(edges))[:most]
-        edges, gradients = edges.take(chosen), gradients[chosen]
-    return EdgePoints(edges.points, gradients)
+    """Return at most ``most`` edge points of a view, drawn evenly, with the normals of their edges.
+
+    Points that see more than one direction within ``sobel`` px, next to a crossing of lines above all, are
+    left out: they would vote for lines that are not there.
+    """
+    normals, one_direction = edge_directions(view.grey, view.edges.points, sobel)
+    least = min(ONE_DIRECTION, float(np.quantile(one_direction, 1 - FEWEST_VOTERS)))
+    chosen = np.flatnonzero(one_direction >= least)
+    if len(chosen) > most:
+        chosen = np.random.default_rng(0).permutation(chosen)[:most]
+    return EdgePoints(view.edges.points[chosen], normals[chosen])

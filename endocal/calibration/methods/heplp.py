@@ -22,6 +22,8 @@ from .entropy import entropy
 from .grid import Measure, over_grid
 from .tangents import Tangents
 
+Cells = NDArray[np.uint8]
+
 ANGLES = 180
 STEP = 2.0
 DIRECTIONS = 90
@@ -37,6 +39,7 @@ def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Mea
     half = int(np.ceil(FARTHEST * np.hypot(*size) / step))
     q = ((size[0] - 1) / 2, (size[1] - 1) / 2)
     second = SecondMap(q, DIRECTIONS, DIRECTIONS)
+    table = _of_every_cell(second, step, half)
 
     def cost(lam: float, cx: float, cy: float) -> float:
         phi, r = tangents.under(lam, cx, cy)
@@ -47,16 +50,24 @@ def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Mea
         inside = (column >= 0) & (column < 2 * half)
         cells = row[inside] * (2 * half) + column[inside].astype(np.int64)
         cells, votes = np.unique(cells, return_counts=True)
-        theta = (cells // (2 * half) + 0.5) * (np.pi / ANGLES)
-        offset = (cells % (2 * half) - half + 0.5) * step
         alone = len(points) - int(np.count_nonzero(inside))
-        return entropy(second.votes(theta, offset, votes), alone=alone * DIRECTIONS)
+        return entropy(second.count(table[cells], votes), alone=alone * DIRECTIONS)
 
     return over_grid(cost)
 
 
+def _of_every_cell(second: SecondMap, step: float, half: int) -> Cells:
+    """The cells of rho, (ANGLES * 2 * half, DIRECTIONS), of the line in the middle of each cell of H1."""
+    theta = np.asarray((np.arange(ANGLES) + 0.5) * (np.pi / ANGLES), np.float64)
+    offset = np.asarray((np.arange(2 * half) - half + 0.5) * step, np.float64)
+    table = np.empty((ANGLES, 2 * half, DIRECTIONS), np.uint8)
+    for i, angle in enumerate(theta):
+        table[i] = second.cells_of(np.full(2 * half, angle), offset)
+    return table.reshape(-1, DIRECTIONS)
+
+
 class SecondMap:
-    """H2 for P at the origin and Q at ``q`` (x, y) px: ``directions`` of w by ``cells`` of rho."""
+    """H2 for P at the origin and Q at ``q`` (x, y) px: ``directions`` of w by up to 255 ``cells`` of rho."""
 
     def __init__(self, q: tuple[float, float], directions: int, cells: int) -> None:
         self.q = q
@@ -65,6 +76,10 @@ class SecondMap:
 
     def votes(self, theta: Floats, r: Floats, votes: NDArray[np.intp]) -> Floats:
         """Return H2, (directions, cells), where line i (its normal's angle, its offset px) has votes[i]."""
+        return self.count(self.cells_of(theta, r), votes)
+
+    def cells_of(self, theta: Floats, r: Floats) -> Cells:
+        """Return the cell of rho, (n, directions), for each w, of lines (normal's angle, offset px)."""
         cosine, sine = np.cos(self.omega), np.sin(self.omega)
         t, offset = theta.astype(np.float32)[:, None], r.astype(np.float32)[:, None]
         # V = (cos w, sin w, 0) x (cos t, sin t, -r) of eq. 13: P is the origin, so eq. 14 gives 0.
@@ -73,8 +88,12 @@ class SecondMap:
         # Eq. 12 and 11: n = (x_Q, y_Q, 1) x V, and rho its angle.
         rho = np.arctan2(np.float32(self.q[1]) * v3 - v2, v1 - np.float32(self.q[0]) * v3)
         rho *= np.float32(self.cells / np.pi)
-        cell = np.floor(rho).astype(np.int32) % self.cells
-        cell += np.arange(len(self.omega), dtype=np.int32) * self.cells
-        weights = np.repeat(votes.astype(np.float64), len(self.omega))
-        held = np.bincount(cell.ravel(), weights, len(self.omega) * self.cells)
-        return np.asarray(held.reshape(len(self.omega), self.cells), np.float64)
+        return (np.floor(rho).astype(np.int16) % self.cells).astype(np.uint8)
+
+    def count(self, cells: Cells, votes: NDArray[np.intp]) -> Floats:
+        """Return H2 where the line with ``cells[i]`` (directions,) has votes[i]."""
+        directions = len(self.omega)
+        place = cells + np.arange(directions, dtype=np.int32) * self.cells
+        weights = np.repeat(votes.astype(np.float64), directions)
+        held = np.bincount(place.ravel(), weights, directions * self.cells)
+        return np.asarray(held.reshape(directions, self.cells), np.float64)

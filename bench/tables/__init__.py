@@ -1,0 +1,1 @@
+"""The article's tables and figures, made anew: ``make tables`` writes docs/results.md and its pictures."""
