@@ -69,8 +69,11 @@ class Report:
     prototype_error: tuple[float, float]
 
     def data(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return asdict(self)
+        """Return it as plain data; None where no circle was found, the error infinite."""
+        data = asdict(self)
+        for name in ("error", "contour_error", "prototype_error"):
+            data[name] = [e if np.isfinite(e) else None for e in data[name]]
+        return data
 
 
 def run(sizes: Sequence[tuple[int, int]] = SIZES, rounds: int = _ROUNDS) -> Report:

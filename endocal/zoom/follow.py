@@ -42,9 +42,9 @@ class FollowSpec:
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
     tracked_drift: float = 1e-3
-    tracked_share: float = 0.06
+    tracked_share: float = 0.2
     held_drift: float = 2e-3
-    limit: float = 0.05
+    limit: float = 0.15
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
     tracking: TrackingSpec = field(default_factory=TrackingSpec)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -46,4 +47,5 @@ def test_the_detection_is_timed_beside_its_peers() -> None:
     assert report.error[1] <= 0.5
     # The prototype bears a clean rim; among the frames are some that it gets wrong.
     assert report.prototype_error[0] <= 0.5
+    json.dumps(report.data(), allow_nan=False)
     assert math.isinf(report.prototype_error[1]) or report.prototype_error[1] > report.error[1]
