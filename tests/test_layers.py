@@ -36,7 +36,7 @@ FLOORS = {
 }
 ROOMS = {"typer": "cli", "rich": "cli", "av": "video", "pyopencl": "remap"}
 # Import name -> distribution, where they differ.
-DISTRIBUTIONS = {"cv2": "opencv-python-headless"}
+DISTRIBUTIONS = {"cv2": "opencv-python-headless", "tomli_w": "tomli-w"}
 
 
 def modules() -> list[Path]:
