@@ -17,14 +17,17 @@ KILLS = 10
 
 
 def kill_midway(command: list[str], chance: random.Random) -> int:
-    """Start a batch, kill it with SIGKILL at a random moment, and return how many recordings it finished."""
+    """Start a batch, kill it with SIGKILL at a random moment, and return how many recordings it finished.
+
+    A moment after one of its first events: at the plan, between two recordings, or in the middle of some.
+    """
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
-    wanted, finished = chance.randrange(0, 9), 0
+    wanted, finished = chance.randrange(0, 4), 0
     for line in process.stderr:
         finished += '"event": "done"' in line
         if finished >= wanted:
-            time.sleep(chance.uniform(0, 0.06))
+            time.sleep(chance.uniform(0, 0.03))
             break
     process.send_signal(signal.SIGKILL)
     process.stderr.close()

@@ -22,7 +22,7 @@ OPTIONS = (
 BROKEN = ("theatre-1/broken.mp4", "theatre-2/empty.mp4", "notes/consent.txt")
 
 
-def make_tree(folder: Path, count: int = 40, frames: int = 8) -> Path:
+def make_tree(folder: Path, count: int = 40, frames: int = 24) -> Path:
     """Make ``count`` files: 3 broken, 2 interlaced, 1 without sound, the rest as recorders make them."""
     source = folder / "raw"
     for room in ("theatre-1", "theatre-2", "notes"):
