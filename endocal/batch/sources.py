@@ -165,7 +165,12 @@ def _reason_to_stay_out(spec: BatchSpec, folder: str) -> str | None:
 
 
 def _is_wanted(spec: BatchSpec, path: str) -> bool:
-    """Tell whether the patterns let a file in; they match its name or its path below the source."""
+    """Tell whether the patterns let a file in; they match its name or its path below the source.
+
+    A record of a zoom, which goes with a recording, is none itself.
+    """
+    if spec.zoom_from is not None and path.endswith(spec.zoom_from):
+        return False
 
     def matches(patterns: Sequence[str]) -> bool:
         names = (path, os.path.basename(path))

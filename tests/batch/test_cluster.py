@@ -17,7 +17,7 @@ import pytest
 from endocal.batch import cluster as cluster_module
 from endocal.batch.remote import WorkerError, perform_on_worker
 from endocal.batch.task import Task
-from endocal.errors import InputError
+from endocal.errors import InputError, UsageError
 from endocal.jobs.correct import CorrectionSpec
 from tests.batch import tree
 from tests.batch.conftest import Tree
@@ -166,6 +166,14 @@ def test_a_worker_that_joins_late_refuses_what_it_cannot_do(tmp_path: Path) -> N
     task = Task("b.mkv", spec, "", "", None, "mark")
     with pytest.raises(WorkerError, match="does not see"):
         perform_on_worker(task, "topic", "key", "run", str(tmp_path / "lock"), 60)
+
+
+def test_without_dask_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'endocal-toolchain\[cluster\]'"):
+        cluster_module.Cluster("tcp://x:1", 0, 60, "run", tmp_path)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "no port"])
