@@ -216,5 +216,8 @@ def _warnings(reader: VideoReader, writer: VideoWriter) -> list[str]:
     """Say what was wrong with the input, once it has been read to its end."""
     warnings = list(reader.faults())
     if writer.dropped:
-        warnings.append(f"{writer.dropped} damaged packets of other streams could not be copied")
+        plural = "" if writer.dropped == 1 else "s"
+        warnings.append(
+            f"{writer.dropped} damaged packet{plural} of other streams could not be copied"
+        )
     return warnings

@@ -73,7 +73,12 @@ def open_input(
                 f"{name}: is a playlist or script that names other files; give those files themselves,"
                 " or allow their protocol with --allow-protocol"
             ) from error
-        raise InputError(f"{name}: cannot be read as a video ({reason(error)})") from error
+        what = reason(error)
+        if isinstance(source, str) and _is_mp4(Path(source)):
+            what = (
+                "it is damaged, or breaks off before its index, without which an MP4 or MOV is lost"
+            )
+        raise InputError(f"{name}: cannot be read as a video ({what})") from error
 
 
 def reason(error: BaseException) -> str:
@@ -99,6 +104,11 @@ def _check_file(path: str, name: str) -> None:
         raise InputError(f"{name}: the file is empty")
     if not os.access(path, os.R_OK):
         raise InputError(f"{name}: permission denied")
+
+
+def _is_mp4(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(8)[4:] == b"ftyp"
 
 
 def _is_script(path: Path) -> bool:

@@ -88,6 +88,11 @@ class ContainerKind:
         return self.name != "rawvideo"
 
     @property
+    def holds_gaps(self) -> bool:
+        """Whether a frame may be left out where frames have no time but their number."""
+        return self.name == "avi"
+
+    @property
     def counts_frames(self) -> bool:
         """Whether frames have no time but their number, from 0 on."""
         return self.name in ("avi", "yuv4mpegpipe", "h264", "hevc", "rawvideo", "mjpeg")

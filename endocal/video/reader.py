@@ -233,9 +233,11 @@ class VideoReader:
     def faults(self) -> Iterator[str]:
         """Say what was wrong with the input, once it has been read to its end."""
         if self.damaged:
-            yield f"{self.damaged} damaged packets could not be decoded"
+            plural = "" if self.damaged == 1 else "s"
+            yield f"{self.damaged} damaged packet{plural} could not be decoded"
         if self.corrupt:
-            yield f"{self.corrupt} frames were decoded with errors"
+            plural = "" if self.corrupt == 1 else "s"
+            yield f"{self.corrupt} frame{plural} decoded with errors"
         if self.truncated:
             yield "the file breaks off before its end"
         elif self.declared is not None and self.decoded + self.hidden < self.declared:
@@ -286,6 +288,10 @@ class VideoReader:
         if not container.duration or self._end == -math.inf:
             return False
         declared = ((container.start_time or 0) + container.duration) / av.time_base
+        rate = self._stream.average_rate
+        if self._is_without_times and self._stream.frames and rate:
+            # Its duration may be a guess from what is left of the file.
+            declared = max(declared, float(self._stream.frames / rate))
         return declared - self._end > _MISSING_S
 
     def _flush_packet(self) -> av.Packet:

@@ -83,6 +83,7 @@ class VideoWriter:
         self.notes: list[str] = []
         self.frames = 0
         self._packets = 0
+        self._handed_out = -1
         self._first_pts: int | None = None
         self._last_pts: int | None = None
         self._moved = 0.0
@@ -141,13 +142,15 @@ class VideoWriter:
     def frame(self, source: av.VideoFrame) -> av.VideoFrame:
         """Return a frame to fill, with the time stamp and colour of ``source``."""
         frame = self._pool.take()
+        self._handed_out += 1
         if self._first_pts is None:
             self._first_pts = source.pts
         frame.pts = source.pts
         if self._kind.counts_frames and source.pts is not None and self._first_pts is not None:
             # Such a file begins at zero whatever the source did, and each frame is due at its number.
             seconds = (source.pts - self._first_pts) * self._info.time_base
-            frame.pts = round(seconds / self._time_base)
+            due = round(seconds / self._time_base)
+            frame.pts = due if self._kind.holds_gaps else self._handed_out
             self._moved = max(self._moved, abs(float(seconds - frame.pts * self._time_base)))
         frame.time_base = self._time_base
         frame.duration = round(source.duration * self._info.time_base / self._time_base)
@@ -193,7 +196,7 @@ class VideoWriter:
         if self._moved > _UNSEEN_S:
             self.notes.append(
                 f"{self._kind.shown} holds no times but a constant rate: frames moved by up to"
-                f" {self._moved * 1000:.0f} ms; .mp4 and .mkv keep the times"
+                f" {self._moved:.3f} s; .mp4 and .mkv keep the times"
             )
         if self._path is not None and self._kind.describes_itself:
             # Where frames are counted, a gap is a frame too, and the duration follows from the count.
@@ -225,7 +228,10 @@ class VideoWriter:
         """Raise what a failed write means: a reader of the pipe that has gone is for the caller to judge."""
         if isinstance(error, BrokenPipeError):
             raise error
-        raise OutputError(f"{self.name}: cannot be written ({reason(error)})") from error
+        why = reason(error)
+        if isinstance(error, av.error.ArgumentError) and self._kind.holds_gaps:
+            why += f": a gap in the recording may be too long for {self._kind.shown}; .mp4 and .mkv hold it"
+        raise OutputError(f"{self.name}: cannot be written ({why})") from error
 
     def _open(
         self, target: str | Writable, container_format: str | None

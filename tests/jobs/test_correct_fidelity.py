@@ -220,10 +220,16 @@ def test_a_container_without_times_says_how_far_frames_moved(tmp_path: Path) -> 
     _, after, report = identity(tmp_path, uneven, "a.mkv", out="a.avi")
     assert len(after.frames) == 12
     assert report.notes == (
-        "avi holds no times but a constant rate: frames moved by up to 15 ms; .mp4 and .mkv keep the times",
+        "avi holds no times but a constant rate: frames moved by up to 0.015 s; .mp4 and .mkv keep the times",
     )
     _, _, report = identity(tmp_path, DELIVERY, "b.mkv", out="b.avi")
     assert report.notes == ()
+    # A gap of 2 s is a gap in an AVI, and no more than the next frame in Y4M.
+    gap = replace(uneven, pts=[40 * i + (2000 if i > 5 else 0) for i in range(12)])
+    _, _, report = identity(tmp_path, gap, "c.mkv", out="c.avi")
+    assert report.notes == ()
+    _, _, report = identity(tmp_path, gap, "d.mkv", out="d.y4m")
+    assert "moved by up to 2.000 s" in report.notes[0]
 
 
 def test_a_gap_in_an_avi_is_no_damage(tmp_path: Path) -> None:

@@ -227,6 +227,18 @@ def test_a_file_that_breaks_off_gives_what_is_there(tmp_path: Path) -> None:
     assert 20 < count < 80
 
 
+def test_an_avi_or_mp4_that_breaks_off(tmp_path: Path) -> None:
+    """An AVI without its index still knows how many frames it had; an MP4 without its own holds nothing."""
+    clip = Clip(frames=100, codec="libx264", options={"g": "10", "bf": "0"})
+    for name in ("a.avi", "a.mp4"):
+        path = clip.make(tmp_path / name)
+        os.truncate(path, path.stat().st_size // 2)
+    with VideoReader(str(tmp_path / "a.avi"), name="a") as reader:
+        assert 20 < len(frames_of(reader)) < 80
+        assert reader.truncated
+    assert "breaks off before its index" in refusal(tmp_path / "a.mp4")
+
+
 def test_it_gives_up_after_many_failures_in_a_row(tmp_path: Path) -> None:
     count = MAX_CONSECUTIVE_FAILURES + 40
     path = Clip(frames=count, codec="png", pix_fmt="rgb24", size=(32, 32)).make(tmp_path / "a.mov")
