@@ -16,7 +16,7 @@ from ..video.encoder import EncoderChoice
 from ..video.live import redacted
 from ..zoom.table import LOOKUPS, ZoomTable
 from .live_feed import Latency
-from .pipe import PIPE, PipeInput
+from .pipe import PIPE, PipeInput, open_input
 
 STEREO = ("sbs", "tb")
 DEINTERLACE = ("auto", "off", "frame", "field")
@@ -156,9 +156,9 @@ def correct(
     right = None if spec.right_calibration is None else load(spec.right_calibration)
     if not isinstance(lens, ZoomTable):
         _refuse_zoom_options(spec)
-    source = PipeInput() if spec.input == PIPE else spec.input
+    source = open_input(spec.input)
     if isinstance(source, PipeInput) and not source.peek(1):
-        raise InputError("stdin: is empty")
+        raise InputError(f"{input_name(spec)}: is empty")
     if holds_picture(source):
         from .correct_picture import correct_picture
 

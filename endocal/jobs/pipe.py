@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import os
 import select
+import stat
 import sys
 import threading
 from typing import BinaryIO
@@ -21,7 +22,7 @@ _CHUNK = 1 << 20
 
 
 class PipeInput:
-    """Standard input whose first bytes can be looked at and are still there to be read."""
+    """A pipe, standard input by default, whose first bytes can be looked at and still be read."""
 
     def __init__(self, file: BinaryIO | None = None) -> None:
         self._file: BinaryIO = sys.stdin.buffer if file is None else file
@@ -78,6 +79,21 @@ class PipeOutput:
         while rest:
             rest = rest[os.write(self._descriptor, rest) :]
         return len(data)
+
+
+def open_input(path: str) -> str | PipeInput:
+    """Return what an input is read through: standard input for ``-``, a named pipe, else the path itself.
+
+    A named pipe, as the shell makes of ``<(command)``, can be read but once, and so is not looked at first.
+    """
+    if path == PIPE:
+        return PipeInput()
+    try:
+        is_pipe = stat.S_ISFIFO(os.stat(path).st_mode)
+        # It stays open as long as the process: what waits in it belongs to nobody else.
+        return PipeInput(open(path, "rb", buffering=0)) if is_pipe else path
+    except (OSError, ValueError):
+        return path
 
 
 def _descriptor(file: BinaryIO) -> int | None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -202,6 +204,23 @@ def test_between_two_ffmpegs(tmp_path: Path, lens: str) -> None:
     assert (first.wait(), second.wait()) == (0, 0)
     lines = [line for line in third.stdout.decode().splitlines() if not line.startswith("#")]
     assert len(lines) == 12
+
+
+@pytest.mark.parametrize("name", ["a.mkv", "a.png"])
+def test_a_named_pipe_is_read_once(endocal: Runner, tmp_path: Path, lens: str, name: str) -> None:
+    """As the shell makes of ``<(command)``: nothing of it may be lost in finding out what it holds."""
+    if name == "a.png":
+        cv2.imwrite(str(tmp_path / name), np.full((48, 64), 90, np.uint8))
+    else:
+        DELIVERY.make(tmp_path / name)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    data = (tmp_path / name).read_bytes()
+    threading.Thread(target=pipe.write_bytes, args=(data,), daemon=True).start()
+    out = tmp_path / f"out{Path(name).suffix}"
+    done = endocal("correct", pipe, "-o", out, "-c", lens, "--device", "numpy")
+    assert done.code == 0, done.err
+    assert out.exists()
 
 
 def test_a_reader_that_leaves_ends_it_quietly(tmp_path: Path, lens: str) -> None:
