@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal.windows import tukey
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def mtf50(levels: Floats, distances: Floats) -> float:
         return float("nan")
     profile = np.bincount(index, levels[near], bins)[:bins] / np.maximum(count, 1)
     spread = np.diff(profile[2:-2])
-    spread = spread * np.hanning(len(spread) + 2)[1:-1]
+    spread = spread * tukey(len(spread), 0.4)
     contrast = np.abs(np.fft.rfft(spread, 8 * len(spread)))
     if contrast[0] == 0:
         return float("nan")

@@ -9,7 +9,7 @@ from endocal.jobs.devices import find_devices
 from .page import table
 
 # Timed so many times; NumPy, the slow reference, once.
-REPEATS = 5
+REPEATS = 3
 
 
 def section() -> str:

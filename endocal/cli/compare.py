@@ -117,7 +117,7 @@ def _print_table(picture: Picture, rows: list[Row]) -> None:
             f"{picture.image}: {picture.lines} lines, RMSE {picture.rmse:.3f} px and straightness"
             f" {picture.straightness:.3f} px as it is"
         )
-    table = Table(title=escape(title), title_justify="left", title_style="bold")
+    table = Table()
     table.add_column("method", no_wrap=True)
     for head in ("lambda, px^-2", "centre, px", "RMSE, px", "straightness, px", "seconds"):
         table.add_column(head, justify="right", no_wrap=True)
@@ -134,6 +134,7 @@ def _print_table(picture: Picture, rows: list[Row]) -> None:
         table.add_row(row.method, *cells, f"{row.seconds:.2f}")
     # A pipe has no width of its own: the table takes what it needs.
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120)
+    console.print(escape(title), soft_wrap=True)
     console.print(table)
     for refusal in refusals:
         console.print(escape(refusal), soft_wrap=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..calibration.board import find_board
-from ..calibration.calibrate import Image, calibrate_jointly
+from ..calibration.calibrate import OUTLYING, Image, calibrate_jointly
 from ..calibration.evaluate import LinePoints
 from ..calibration.scene import look_at
 from ..calibration.spec import CalibrationSpec, Lines
@@ -41,7 +41,9 @@ class LineSource:
         found = calibrate_jointly([image], replace(spec, method="hewg", refine=True, lines=None))
         refined = found.workings.refined
         assert refined is not None, "a refined calibration has lines"
-        measured = refined.measured
+        # Those that lie on their lines: what a line's profiles met besides is none of it.
+        limit = OUTLYING * max(refined.fit.sigma, 0.02)
+        measured = refined.measured.take(np.abs(refined.fit.residuals) < limit)
         return LinePoints(
             measured.points / (spec.pixel_aspect, 1.0), measured.labels, measured.sides
         )

@@ -23,7 +23,7 @@ STEP = 2.0
 # Offsets that the map holds, as a multiple of the points' reach.
 FARTHEST = 2.0
 # Every point costs as much as ANGLES points of HEwG.
-MOST_POINTS = 3000
+MOST_POINTS = 2000
 
 
 def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Measure:
