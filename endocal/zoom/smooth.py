@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,8 @@ class SmoothingSpec:
 
     A measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
     ones agree with it, so that one false detection moves nothing; ``patience`` says how many must agree on a
-    small jump and on one larger than ``large_jump``, none faster than ``max_speed`` per frame. ``floor`` is
+    small jump and on one larger than ``large_jump``, each within ``max_speed`` of the one before. Up to
+    ``fastest`` per frame, three agree if their speed is the same within half of ``max_speed``. ``floor`` is
     the least standard deviation of a measurement.
     """
 
@@ -28,6 +30,7 @@ class SmoothingSpec:
     patience: tuple[int, int] = (2, 3)
     large_jump: float = 0.08
     max_speed: float = 0.06
+    fastest: float = 0.15
     floor: float = 3e-4
 
 
@@ -107,7 +110,9 @@ class DiameterFilter:
         innovation = value - self._log
         p00, p01, p11 = self._p
         total = p00 + sigma * sigma
-        gate = min(max(spec.gate * math.sqrt(total), spec.gates[0]), spec.gates[1])
+        # Amid a quick zoom what was a wild jump before is none.
+        most = max(spec.gates[1], math.sqrt(self._acceleration2))
+        gate = min(max(spec.gate * math.sqrt(total), spec.gates[0]), most)
         if abs(innovation) > gate:
             return self._wait(value, innovation, sigma)
         self._waiting.clear()
@@ -123,11 +128,11 @@ class DiameterFilter:
 
     def _wait(self, value: float, innovation: float, sigma: float) -> bool:
         spec = self._spec
-        if self._waiting and abs(value - self._waiting[-1]) > spec.max_speed:
+        if self._waiting and abs(value - self._waiting[-1]) > spec.fastest:
             self._waiting.clear()
         self._waiting.append(value)
         needed = spec.patience[abs(innovation) > spec.large_jump]
-        if len(self._waiting) < needed:
+        if not (self._agree(needed) or self._zoom_on()):
             return False
         change = (value - self._waiting[-2]) - self._speed
         self._accelerate((change / needed) ** 2)
@@ -137,6 +142,19 @@ class DiameterFilter:
         self._p = (variance, variance, 2 * variance + self._acceleration2)
         self._waiting.clear()
         return True
+
+    def _agree(self, needed: int) -> bool:
+        """Say whether as many of the last that wait are near one another."""
+        last = self._waiting[-needed:]
+        near = all(abs(b - a) <= self._spec.max_speed for a, b in pairwise(last))
+        return len(last) == needed and near
+
+    def _zoom_on(self) -> bool:
+        """Say whether the last three that wait are those of one quick zoom."""
+        if len(self._waiting) < 3:
+            return False
+        a, b, c = self._waiting[-3:]
+        return abs(c - 2 * b + a) <= self._spec.max_speed / 2
 
     def _accelerate(self, square: float) -> None:
         """Expect more of what the speed, by its ``square``, seems to have changed within this frame."""

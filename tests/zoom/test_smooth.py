@@ -72,6 +72,24 @@ def test_one_false_detection_moves_nothing(factor: float, at: int) -> None:
     assert np.abs(np.log(run(wrong) / without)).max() < 2 * SIGMA
 
 
+@pytest.mark.parametrize("frames", [9, 12, 16])
+def test_a_zoom_turned_by_hand_within_half_a_second_is_followed(frames: int) -> None:
+    turn = np.clip((np.arange(40) - 10) / frames, 0, 1)
+    truth = 400 * np.exp(np.log(2) * (1 - np.cos(np.pi * turn)) / 2)
+    late = np.abs(np.log(run(noisy(truth)) / truth))
+    # Out of step for three frames where it sets in and where it stops, at the speed that it has then.
+    assert late.max() < 1.6 / frames
+    assert np.median(late[10 : 10 + frames]) < 0.025
+    assert late[10 + frames + 1 :].max() < 0.01
+
+
+def test_false_circles_of_different_sizes_move_nothing() -> None:
+    clean = noisy(np.full(60, 600.0))
+    wrong = clean.copy()
+    wrong[30:36] *= (1.10, 1.22, 1.16, 1.30, 1.21, 1.35)
+    assert np.abs(np.log(run(wrong)[30:36] / run(clean)[29])).max() < 4 * SIGMA
+
+
 def test_a_real_jump_is_believed_after_three_frames() -> None:
     truth = np.where(np.arange(60) < 30, 600.0, 900.0)
     estimates = run(noisy(truth))
