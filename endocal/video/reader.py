@@ -233,11 +233,17 @@ class VideoReader:
     def faults(self) -> Iterator[str]:
         """Say what was wrong with the input, once it has been read to its end."""
         if self.damaged:
-            plural = "" if self.damaged == 1 else "s"
-            yield f"{self.damaged} damaged packet{plural} could not be decoded"
+            yield (
+                "a damaged packet could not be decoded"
+                if self.damaged == 1
+                else f"{self.damaged} damaged packets could not be decoded"
+            )
         if self.corrupt:
-            plural = "" if self.corrupt == 1 else "s"
-            yield f"{self.corrupt} frame{plural} decoded with errors"
+            yield (
+                "a frame was decoded with errors"
+                if self.corrupt == 1
+                else f"{self.corrupt} frames were decoded with errors"
+            )
         if self.truncated:
             yield "the file breaks off before its end"
         elif self.declared is not None and self.decoded + self.hidden < self.declared:
