@@ -157,7 +157,8 @@ def _scan(samples: Samples, pixel_aspect: float) -> tuple[Array, list[int]]:
     keep = first > 1
     n, m = len(upright), len(turned)
     ends = (0, n, 2 * n, 2 * n + m, 2 * n + 2 * m)
-    level = np.add.reduceat(first[1:] == first[:-1], ends[:4], dtype=np.intp).tolist()
+    is_level = (first[1:] == first[:-1]) & keep[1:]
+    level = np.add.reduceat(is_level, ends[:4], dtype=np.intp).tolist()
     edges = [0, 0, 0, 0]
     for side, (begin, end) in enumerate(pairwise(ends)):
         if level[side] > _STRAIGHT / 2 * (end - begin):
