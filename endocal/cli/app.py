@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import os
 import signal
 import sys
@@ -82,6 +83,7 @@ def run(args: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the process's own command line and exit."""
+    _fill_closed_streams()
     for name in ("SIGTERM", "SIGHUP"):
         # As an exception, so that temporary files go; not where the caller wants the signal ignored (nohup).
         number = getattr(signal, name, None)
@@ -180,6 +182,19 @@ def _describe(error: OSError) -> str:
 
 def _debugging() -> bool:
     return bool(os.environ.get("ENDOCAL_DEBUG"))
+
+
+def _fill_closed_streams() -> None:
+    """Put something in the place of standard streams that the caller has closed.
+
+    Else the next file opened would get their number, and what is printed. Standard input is empty then,
+    standard output cannot be written, and standard error is forgotten.
+    """
+    for name, flags in (("stdin", os.O_RDONLY), ("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
+        if getattr(sys, name) is None:
+            raw = io.FileIO(os.open(os.devnull, flags), "rb" if name == "stdin" else "wb")
+            # Nothing is held back to fail when the process has ended.
+            setattr(sys, name, io.TextIOWrapper(raw, encoding="utf-8", write_through=True))
 
 
 def _terminate(number: int, frame: object) -> None:

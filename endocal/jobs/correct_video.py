@@ -126,7 +126,7 @@ def correct_video(
                 *notes,
                 *(note for eye in eyes for note in eye.notes),
                 *whole.notes(),
-                *(f"{what} in the frames cannot be kept and is left out" for what in info.extras),
+                *(f"{what} cannot be kept, and is left out" for what in info.extras),
                 *writer.notes,
             ),
             warnings=tuple(warnings),

@@ -178,3 +178,30 @@ def test_a_signal_ends_it_with_its_code_and_leaves_nothing(
     assert (done.returncode, done.stdout) == (code, "")
     assert "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes descriptors as a POSIX shell does")
+@pytest.mark.parametrize(
+    ("closed", "args", "code", "words"),
+    [
+        (0, ("show", "-"), 1, "stdin"),
+        (1, ("synth", "board", "-o", "board.png"), 1, ""),
+        (2, ("synth", "board", "-o", "board.png"), 0, ""),
+    ],
+)
+def test_a_standard_stream_that_is_closed(
+    tmp_path: Path, closed: int, args: tuple[str, ...], code: int, words: str
+) -> None:
+    """No traceback, no internal error, and nothing printed into a file that got the stream's number."""
+    done = subprocess.run(
+        [sys.executable, "-m", "endocal", *args, *(("--json",) if closed == 1 else ())],
+        cwd=tmp_path,
+        preexec_fn=lambda: os.close(closed),
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == code
+    assert b"internal error" not in done.stderr
+    assert words.encode() in done.stderr
+    for picture in tmp_path.glob("*.png"):
+        assert picture.read_bytes().startswith(b"\x89PNG")
