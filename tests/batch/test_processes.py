@@ -99,10 +99,10 @@ def test_a_recording_that_stands_still_is_given_up(
         Clip(frames=3).make(tmp_path / name)
     instead_of_correct(tmp_path, monkeypatch, "if 'stuck' in spec.input:", "    time.sleep(60)")
     orders = iter([task(tmp_path, "stuck.mkv"), task(tmp_path, "a.mkv")])
-    events = list(Processes(1, 1, 1, 3.0, lock).run(orders))
+    events = list(Processes(1, 1, 1, 12.0, lock).run(orders))
     outcomes = {e.place: e.outcome for e in events if isinstance(e, Ended)}
     assert outcomes["a.mkv"].made is not None
-    assert "has not moved on for 0.05 minutes" in str(outcomes["stuck.mkv"].error)
+    assert "has not moved on for 0.2 minutes" in str(outcomes["stuck.mkv"].error)
 
 
 def test_closing_the_run_ends_the_processes_and_their_temporary_files(
