@@ -42,7 +42,7 @@ class Dark(NamedTuple):
     @property
     def contrast(self) -> float:
         """The least rise above the outside that is no noise."""
-        return 3 + 1.5 * self.noise
+        return least_contrast(self.noise)
 
     @property
     def has_glare(self) -> bool:
@@ -52,6 +52,11 @@ class Dark(NamedTuple):
     def raised(self, threshold: float) -> Dark:
         """Return the same outside with glare in it: content only counts above ``threshold``."""
         return self._replace(threshold=max(threshold, self.level + self.contrast))
+
+
+def least_contrast(noise: float) -> float:
+    """Return the least rise above a level with this noise that is none itself."""
+    return 3 + 1.5 * noise
 
 
 class Samples(NamedTuple):
@@ -92,13 +97,17 @@ def _dark(frame: Frame, thinned: NDArray[np.uint8], step: int) -> Dark:
     side, apart = _CORNER * step, max(step // 2, 1)
     rows = slice(-side, None, apart) if bottom else slice(0, side, apart)
     columns = slice(-side, None, apart) if right else slice(0, side, apart)
-    patch = np.sort(frame.luma[rows, columns], axis=None) // frame.unit
+    patch = frame.luma[rows, columns].flatten()
+    patch.sort()
+    if frame.unit > 1:
+        patch //= np.uint16(frame.unit)
     middle = float(patch[len(patch) // 2])
     # The upper side only: black is often clipped at zero, and then the lower side shows no noise. The level
     # is the mean, as that of smoothed samples, which clipped noise lifts; without marks in the corner.
     noise = max(float(patch[int(len(patch) * _SIGMA_ABOVE)]) - middle, 0.5)
     count = int(patch.searchsorted(middle + 4 * noise))
-    return Dark(float(patch[:count].mean()), noise, 0.0).raised(0.0)
+    level = float(np.add.reduce(patch[:count], dtype=np.intp)) / count
+    return Dark(level, noise, level + least_contrast(noise))
 
 
 @lru_cache(maxsize=1)
