@@ -132,9 +132,10 @@ def _full(
     rims = [m.undistort(_content_rim(m, b)) for m, b in zip(models, circles, strict=True)]
     rim = np.concatenate(rims)
     if not np.isfinite(rim).all():
+        fold = min(m.valid_radius for m in models)
         raise InputError(
-            "the content reaches to where the model folds, so that a full view has no bounds;"
-            " use --view same or crop"
+            f"the model folds {fold:.0f} px from the centre, within the content, so that a view of all of it"
+            " has no bounds: use --view same or crop, or calibrate with --model division2"
         )
     low, high = rim.min(axis=0), rim.max(axis=0)
     columns, rows = (max(n - 1, 1) for n in out)
