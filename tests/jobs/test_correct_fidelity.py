@@ -278,3 +278,36 @@ def test_the_titles_of_chapters_do_not_become_subtitles(tmp_path: Path) -> None:
     found = contents(tmp_path / "c.mp4")
     assert found.types == contents(source).types
     assert found.chapters == contents(source).chapters
+
+
+def test_a_data_stream_is_copied(tmp_path: Path) -> None:
+    """What a device writes beside the picture, in a transport stream."""
+    source = tmp_path / "a.ts"
+    with av.open(str(source), "w") as out:
+        from tests.video.clips import Maker
+
+        maker = Maker(DELIVERY, out)
+        data = out.add_data_stream("bin_data")
+        maker.run()
+        for second in range(3):
+            packet = av.Packet(bytes([second]) * 40)
+            packet.stream, packet.time_base = data, Fraction(1, 90000)
+            packet.pts = packet.dts = second * 9000
+            out.mux(packet)
+    lens = calibration(tmp_path / "cal.toml")
+    report = correct(CorrectionSpec(str(source), str(tmp_path / "b.ts"), lens, device="numpy"))
+    before, after = contents(source), contents(tmp_path / "b.ts")
+    assert report.notes == ()
+    assert after.types == before.types == ["video", "data"]
+    assert [d for _, d in before.packets[1]] == [bytes([n]) * 40 for n in range(3)]
+    assert [d for _, d in after.packets[1]] == [d for _, d in before.packets[1]]
+
+
+def test_planes_of_two_chroma_components_stay(tmp_path: Path) -> None:
+    clip = replace(ARCHIVE, codec="rawvideo", pix_fmt="nv12", size=(66, 34))
+    before, after, report = identity(tmp_path, clip, "a.mkv")
+    assert report.codec == "rawvideo"
+    for a, b in zip(before.frames, after.frames, strict=True):
+        assert b.format.name == "nv12"
+        for p, q in zip(plane_views(a), plane_views(b), strict=True):
+            assert np.array_equal(p, q)
