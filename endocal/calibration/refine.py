@@ -155,10 +155,12 @@ def _group(views: Sequence[View], params: Floats, spec: LineSpec) -> list[Groupi
 
 
 def _on_lines(views: Sequence[View], groups: Sequence[Grouping]) -> tuple[Floats, Labels]:
-    """All points on lines, with labels that differ between views."""
+    """All points on lines, line after line, with labels that differ between views."""
     points, labels, count = [], [], 0
     for view, g in zip(views, groups, strict=True):
         points.append(view.edges.points[g.assigned])
         labels.append(g.labels[g.assigned] + count)
         count += g.count
-    return np.concatenate(points), np.concatenate(labels)
+    all_labels = np.concatenate(labels)
+    order = np.argsort(all_labels, kind="stable")
+    return np.concatenate(points)[order], all_labels[order]

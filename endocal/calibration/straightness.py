@@ -6,6 +6,7 @@ in square pixels. Line fits are eliminated (variable projection): a residual dep
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,14 +67,13 @@ class Lines:
 
 def fit_lines(u: Floats, labels: Labels, count: int, weights: Floats) -> Lines:
     """Fit each line by weighted total least squares to its undistorted points (m, 2)."""
-
-    def total(values: Floats) -> Floats:
-        return np.asarray(np.bincount(labels, weights * values, count), np.float64)
-
-    mass = np.maximum(np.bincount(labels, weights, count), 1e-300)
-    mean = np.stack([total(u[:, 0]), total(u[:, 1])], axis=1) / mass[:, None]
-    ex, ey = (u - mean[labels]).T
-    sxx, syy, sxy = total(ex * ex), total(ey * ey), total(ex * ey)
+    total = _Totals(labels, count)
+    x, y = np.ascontiguousarray(u.T)
+    mass = np.maximum(total(weights), 1e-300)
+    mean = np.stack([total(weights * x), total(weights * y)], axis=1) / mass[:, None]
+    ex, ey = x - mean[labels, 0], y - mean[labels, 1]
+    wx = weights * ex
+    sxx, syy, sxy = total(wx * ex), total(weights * ey * ey), total(wx * ey)
     angle = 0.5 * np.arctan2(2 * sxy, sxx - syy)
     normals = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     return Lines(normals, np.einsum("ij,ij->i", normals, mean))
@@ -109,7 +109,7 @@ def residuals(
     columns = [1 / scale, along]
     if sides is not None:
         columns.append(two_sided(sides, labels))
-    return _without(distance, np.stack(columns, axis=1), labels, count, weights)
+    return _without(distance, columns, labels, count, weights)
 
 
 def two_sided(sides: Floats, labels: Labels) -> Floats:
@@ -119,19 +119,45 @@ def two_sided(sides: Floats, labels: Labels) -> Floats:
 
 
 def _without(
-    values: Floats, columns: Floats, labels: Labels, count: int, weights: Floats
+    values: Floats, columns: Sequence[Floats], labels: Labels, count: int, weights: Floats
 ) -> Floats:
-    """What is left of ``values`` (m,) when ``columns`` (m, k) are fitted to it on each line apart."""
-    k = columns.shape[1]
+    """What is left of ``values`` (m,) when ``columns``, k of (m,), are fitted to it on each line apart."""
+    k = len(columns)
+    total = _Totals(labels, count)
     normal = np.empty((count, k, k))
     right = np.empty((count, k))
-    for i in range(k):
-        weighted = weights * columns[:, i]
-        right[:, i] = np.bincount(labels, weighted * values, count)
+    for i, column in enumerate(columns):
+        weighted = weights * column
+        right[:, i] = total(weighted * values)
         for j in range(i + 1):
-            normal[:, i, j] = normal[:, j, i] = np.bincount(labels, weighted * columns[:, j], count)
+            normal[:, i, j] = normal[:, j, i] = total(weighted * columns[j])
     # A column of zeros, or a line of one point, takes nothing away.
     diagonal = np.einsum("lii->li", normal)
     diagonal += 1e-9 * diagonal + 1e-12
     fitted = np.linalg.solve(normal, right[..., None])[..., 0]
-    return values - np.einsum("ij,ij->i", columns, fitted[labels])
+    for i, column in enumerate(columns):
+        values = values - column * fitted[labels, i]
+    return values
+
+
+class _Totals:
+    """Sums over the points of each line: called with values (m,), returns (count,).
+
+    Where the labels come in order, as they do in fits, that is several times as fast as a bincount.
+    """
+
+    def __init__(self, labels: Labels, count: int) -> None:
+        self._labels = labels
+        self._count = count
+        self._in_order = not np.any(labels[1:] < labels[:-1])
+        if self._in_order:
+            starts = np.searchsorted(labels, np.arange(count))
+            self._there = np.diff(starts, append=len(labels)) > 0
+            self._starts = starts[self._there]
+
+    def __call__(self, values: Floats) -> Floats:
+        if not self._in_order:
+            return np.asarray(np.bincount(self._labels, values, self._count), np.float64)
+        out = np.zeros(self._count)
+        out[self._there] = np.add.reduceat(values, self._starts)
+        return out

@@ -51,3 +51,16 @@ def test_gradients_and_scale_agree_with_the_model() -> None:
     np.testing.assert_allclose(
         at.pulled_back(expected), np.einsum("nij,ni->nj", jacobian, expected), atol=1e-12
     )
+
+
+def test_the_order_of_points_does_not_matter() -> None:
+    """Lines in order are summed in another way than lines that are not; a label may have no point."""
+    points, labels, _ = line_points(TRUTH, count=6, each=40)
+    labels = np.where(labels == 2, 7, labels)
+    shuffled = np.random.default_rng(5).permutation(len(points))
+    off = TRUTH + [2e-7, 3.0, -2.0]
+    ordered = np.argsort(labels, kind="stable")
+    one = residuals(points[ordered], labels[ordered], off)
+    other = residuals(points[shuffled], labels[shuffled], off)
+    np.testing.assert_allclose(one[np.argsort(ordered)], other[np.argsort(shuffled)], atol=1e-9)
+    assert np.abs(one).max() > 0.1
