@@ -58,7 +58,7 @@ def test_the_order_of_points_does_not_matter() -> None:
     points, labels, _ = line_points(TRUTH, count=6, each=40)
     labels = np.where(labels == 2, 7, labels)
     shuffled = np.random.default_rng(5).permutation(len(points))
-    off = TRUTH + [2e-7, 3.0, -2.0]
+    off = TRUTH + np.array([2e-7, 3.0, -2.0])
     ordered = np.argsort(labels, kind="stable")
     one = residuals(points[ordered], labels[ordered], off)
     other = residuals(points[shuffled], labels[shuffled], off)
