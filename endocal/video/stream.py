@@ -159,7 +159,8 @@ def _chroma_location(description: str) -> str | None:
 def _side_data(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
     try:
         return bytes(frame.side_data[kind])  # type: ignore[literal-required]
-    except KeyError:
+    except (KeyError, ValueError):
+        # Absent; or a frame with data of a kind that PyAV does not know yet gives none at all.
         return None
 
 
