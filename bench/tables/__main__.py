@@ -22,7 +22,7 @@ REAL_BEGINS, REAL_ENDS = "<!-- real pictures -->", "<!-- end of real pictures --
 HEAD = """# The article's tables and figures, made anew
 
 `make tables` writes this page. The article is Lee et al. 2013,
-[doi:10.1109/TBME.2013.2261816](https://doi.org/10.1109/TBME.2013.2261816); beside each table stand its own figures. Its
+[doi:10.1109/TBME.2013.2261816](https://doi.org/10.1109/TBME.2013.2261816); its own figures stand beside each table. Its
 pictures are not public, so that ours are of other lenses: magnitudes do not compare, orders may. Every method is
 the one behind `endocal calibrate --method`, bare; [method.md](method.md#the-methods) says what each is.
 """
