@@ -14,7 +14,7 @@ import numpy as np
 from .edges import EdgePoints
 from .fit import Fit, Prior, fit_model, robust_sigma
 from .misfit import Misfit, misfit, trust_by_magnification
-from .pattern import join_pieces, on_board
+from .pattern import clear_of_crossings, join_pieces, on_board
 from .picture import Grey
 from .profiles import FINE, WIDE, Measured, measure, smooth_for_profiles
 from .straightness import Floats, Labels, residuals
@@ -85,7 +85,7 @@ def fit_measured(
             part if board is None else part.take(board)
             for part, board in zip(whole, boards, strict=True)
         ]
-        everything, view_of = _joined(parts)
+        everything, view_of = _joined([part.take(clear_of_crossings(part)) for part in parts])
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
         few = everything.thinned(ENOUGH_POINTS)

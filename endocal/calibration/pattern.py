@@ -24,6 +24,8 @@ FEWEST_BOARD_LINES = 6
 CROSSING = 8.0
 # The direction of a line at a crossing is taken over so many profiles to both sides.
 DIRECTION = 6
+# Near a crossing, px along the line from the last profile on its side, and at most this share of a square.
+CLEAR, CLEAR_SHARE = 2.5, 0.2
 # Two lines that cross at a smaller angle than this one's sine are pieces of one.
 LEAST_SINE = 0.2
 # A line goes on beyond its last crossing by one square, which perspective may stretch by this much.
@@ -111,6 +113,28 @@ def _changes_of_side(measured: Measured) -> _Changes:
     before, after = measured.points[ends[:-1] - 1], measured.points[starts[1:]]
     index, labels = starts[1:][changed], label[1:][changed]
     return _Changes(((before + after) / 2)[changed], labels, index, _ways(measured, index, labels))
+
+
+def clear_of_crossings(measured: Measured) -> NDArray[np.bool_]:
+    """Which points (n,) lie far enough from where their line changes sides to be told without bias.
+
+    Two edges that cross at a slant draw each other off their courses, as far as smoothing and blur reach.
+    """
+    if len(measured.points) == 0:
+        return np.ones(0, bool)
+    new_line = np.diff(measured.labels, prepend=-1) != 0
+    changed = (np.diff(measured.sides, prepend=0) != 0) & ~new_line
+    steps = np.linalg.norm(np.diff(measured.points, axis=0, prepend=measured.points[:1]), axis=1)
+    along = np.cumsum(steps)
+    first = np.flatnonzero(new_line | changed)
+    last = np.append(first[1:], len(along)) - 1
+    count = last - first + 1
+    margin = np.minimum(CLEAR, CLEAR_SHARE * (along[last] - along[first]))
+    # A run is cut at an end only where another run of its line follows.
+    low = np.where(changed[first], along[first] + margin, -np.inf)
+    goes_on = np.append(changed[first[1:]], False)
+    high = np.where(goes_on, along[last] - margin, np.inf)
+    return (along >= np.repeat(low, count)) & (along <= np.repeat(high, count))
 
 
 def _ways(measured: Measured, index: Labels, labels: Labels) -> Floats:

@@ -3,7 +3,7 @@ import pytest
 
 from endocal.calibration.edges import EdgePoints
 from endocal.calibration.lines import LineSpec, group
-from endocal.calibration.pattern import merge_twins, on_board
+from endocal.calibration.pattern import clear_of_crossings, merge_twins, on_board
 from endocal.calibration.profiles import Measured
 
 from .scenes import TRUTH, line_points
@@ -78,3 +78,20 @@ def test_no_board_among_lines_that_do_not_cross() -> None:
     across = measured.labels % 2 == 0
     assert on_board(measured.take(across)) is None
     assert on_board(Measured.none()) is None
+
+
+def test_points_next_to_a_crossing_are_left_out() -> None:
+    """Runs are cut where their line goes on with the other side bright, and nowhere else."""
+    measured = grid(8)
+    clear = clear_of_crossings(measured)
+    for line in range(4, 8):
+        own = measured.labels == line
+        axis = int(np.ptp(measured.points[own][:, 1]) > np.ptp(measured.points[own][:, 0]))
+        along = measured.points[own][:, axis]
+        from_corner = np.abs((along + 10) % 20 - 10)
+        inner = (along > 10) & (along < 150)
+        assert (from_corner[inner & clear[own]] > 4).all()
+        assert clear[own][along < 10].all()
+        assert np.count_nonzero(clear[own]) > 0.6 * np.count_nonzero(own)
+    assert clear[measured.labels == measured.labels.max()].all(), "it never changes sides"
+    assert clear_of_crossings(Measured.none()).shape == (0,)
