@@ -8,19 +8,19 @@ import io
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import InputError
 from ..files.names import shown
 from ..files.section import Section
+from .patterns import SERIAL, fixed_part, matches, serial_in
+from .recording import STATE
 
 MANIFEST_SUFFIXES = (".toml", ".csv")
 SCHEMA = "endocal.manifest/1"
 
-# Stands in a pattern for the scope's serial number, and in a calibration's name for the one found there.
-_SERIAL = "{serial}"
 _COLUMNS = ("files", "calibration", "right_calibration", "serial", "output")
 
 
@@ -41,6 +41,7 @@ class Entry:
     right_calibration: str | None
     output: str | None
     where: str
+    serial: str | None = None
 
 
 @dataclass
@@ -62,11 +63,14 @@ class _Row:
     output: str | None
 
 
-def read_manifest(path: str) -> Manifest:
+def read_manifest(
+    path: str, is_output: Callable[[str, str], bool] = lambda file, top: False
+) -> Manifest:
     """Read a manifest (.toml or .csv); its paths count from its own directory.
 
-    The first row that fits a recording tells its calibration. Raises InputError, naming file and row, for a
-    wrong manifest, a serial number without a calibration, and a calibration that is not there.
+    The first row that fits a recording tells its calibration. Of what a pattern matches below its fixed part
+    ``top``, the files of which ``is_output`` says so are left out. Raises InputError, naming file and row,
+    for a wrong manifest, a serial number without a calibration, and a calibration that is not there.
     """
     name = shown(path)
     try:
@@ -78,7 +82,7 @@ def read_manifest(path: str) -> Manifest:
     try:
         is_toml = Path(path).suffix.lower() == ".toml"
         scopes, rows = _read_toml(text) if is_toml else ({}, _read_csv(text))
-        return _expand(os.path.dirname(os.path.abspath(path)), scopes, rows)
+        return _expand(os.path.dirname(os.path.abspath(path)), scopes, rows, is_output)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -146,7 +150,12 @@ def _read_csv(text: str) -> list[_Row]:
     return rows
 
 
-def _expand(folder: str, scopes: Mapping[str, Lens], rows: list[_Row]) -> Manifest:
+def _expand(
+    folder: str,
+    scopes: Mapping[str, Lens],
+    rows: list[_Row],
+    is_output: Callable[[str, str], bool],
+) -> Manifest:
     """Find the files of each row and the lens of each file."""
     if not rows:
         raise InputError("names no recordings")
@@ -155,78 +164,83 @@ def _expand(folder: str, scopes: Mapping[str, Lens], rows: list[_Row]) -> Manife
         _found(folder, scope, name, f"[[scope]] {name}")
     for row in rows:
         _check_output(row)
-        if _SERIAL not in f"{row.lens.calibration} {row.lens.right_calibration}":
+        if SERIAL not in f"{row.lens.calibration} {row.lens.right_calibration}":
             # Whether it has files of its own or not: a wrong name is a mistake.
             _found(folder, row.lens, None, row.where)
         for pattern in row.files:
             if os.path.isdir(os.path.join(folder, pattern)):
                 raise InputError(f"{row.where}: {shown(pattern)} is a directory: add /* or /**/*")
-            matches = list(_matches(folder, pattern, scopes))
-            if not matches:
+            files = list(_files(folder, pattern))
+            if not files:
                 manifest.missing.append(f"{shown(pattern)} ({row.where}): no such file")
-            for path, serial in matches:
-                if path in seen:
+            for name, top in files:
+                path = os.path.normpath(os.path.join(folder, name))
+                if path in seen or (top is not None and is_output(path, top)):
                     continue
                 seen.add(path)
+                serial = row.serial
+                if serial is None and top is not None and _wants_serial(row, pattern):
+                    known = {*scopes, *_named_serials(folder, row.lens)}
+                    serial = serial_in(name, os.path.normpath(pattern), known, folder)
                 lens = _lens(folder, scopes, row, serial, path)
-                calibration, right = lens.calibration, lens.right_calibration
-                manifest.entries.append(Entry(path, calibration, right, row.output, row.where))
+                output = None if row.output is None else os.path.normpath(row.output)
+                manifest.entries.append(
+                    Entry(path, lens.calibration, lens.right_calibration, output, row.where, serial)
+                )
     return manifest
 
 
 def _check_output(row: _Row) -> None:
     if row.output is None:
         return
-    if len(row.files) > 1 or glob.has_magic(row.files[0]) or _SERIAL in row.files[0]:
+    if len(row.files) > 1 or glob.has_magic(row.files[0]) or SERIAL in row.files[0]:
         raise InputError(f"{row.where}: output goes with one file, not with a pattern")
-    if os.path.isabs(row.output) or os.pardir in row.output.split("/"):
+    place = os.path.normpath(row.output)
+    if os.path.isabs(place) or place.split(os.sep)[0] == os.pardir:
         raise InputError(f"{row.where}: the output {row.output!r} is not below --out")
+    if row.output.endswith("/") or place == os.curdir:
+        raise InputError(f"{row.where}: the output {row.output!r} is a directory, not a file")
+    if place.split(os.sep)[0] == STATE:
+        raise InputError(f"{row.where}: the output {row.output!r} is in the ledger's directory")
 
 
-def _matches(
-    folder: str, pattern: str, scopes: Mapping[str, Lens]
-) -> Iterator[tuple[str, str | None]]:
-    """Yield the files of a pattern as absolute paths, each with the serial number in it, if any."""
-    whole = os.path.normpath(os.path.join(folder, pattern))
-    if os.path.lexists(whole):
-        yield whole, None
+def _files(folder: str, pattern: str) -> Iterator[tuple[str, str | None]]:
+    """Yield the files of a pattern as paths from ``folder`` on, each with the pattern's fixed part.
+
+    A file that goes by the very name comes without.
+    """
+    if os.path.lexists(os.path.join(folder, pattern)):
+        yield pattern, None
         return
-    wide = whole.replace(_SERIAL, "*")
-    for path in sorted(glob.iglob(wide, recursive=True)):
-        if not os.path.isdir(path):
-            yield path, _serial_in(path, whole, scopes) if _SERIAL in whole else None
+    pattern = os.path.normpath(pattern)
+    top = os.path.join(folder, fixed_part(pattern, folder))
+    for name in matches(pattern, folder):
+        yield name, top
 
 
-def _serial_in(path: str, pattern: str, scopes: Mapping[str, Lens]) -> str:
-    """Return the serial number that stands in a path; one that is known before any other."""
-    known = "|".join(re.escape(s) for s in sorted(scopes, key=len, reverse=True))
-    for serial in filter(None, (known, "[^/]+?")):
-        if match := re.fullmatch(_as_expression(pattern, serial), path):
-            return match["serial"]
-    raise InputError(f"{shown(path)}: no serial number is found by {pattern!r}")
+def _wants_serial(row: _Row, pattern: str) -> bool:
+    """Tell whether the lens of a row follows from the serial number in a name."""
+    named = f"{row.lens.calibration} {row.lens.right_calibration}"
+    return SERIAL in pattern and (row.lens.calibration is None or SERIAL in named)
 
 
-def _as_expression(pattern: str, serial: str) -> str:
-    """Turn a pattern of glob's into a regular expression with the group ``serial``."""
-    kinds = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
-    parts = re.split(r"(\*\*/|\*\*|\*|\?|\[!?[^\]]+\]|\{serial\})", pattern)
-    out, named = [], False
-    for part in parts:
-        if part == _SERIAL:
-            out.append("(?P=serial)" if named else f"(?P<serial>{serial})")
-            named = True
-        elif part.startswith("[") and part.endswith("]"):
-            out.append(part.replace("[!", "[^", 1))
-        else:
-            out.append(kinds.get(part) or re.escape(part))
-    return "(?s:" + "".join(out) + ")"
+def _named_serials(folder: str, lens: Lens) -> Iterator[str]:
+    """Yield the serial numbers of the calibrations that are there by a name with {serial} in it."""
+    for name in (lens.calibration, lens.right_calibration):
+        if name is None or SERIAL not in name:
+            continue
+        name = os.path.normpath(name)
+        before, *rest = (re.escape(part) for part in name.split(SERIAL))
+        again = "(?P=serial)".join(rest)
+        for path in matches(glob.escape(name), folder):
+            if found := re.fullmatch(f"{before}(?P<serial>[^/]+){again}", path):
+                yield found["serial"]
 
 
 def _lens(
     folder: str, scopes: Mapping[str, Lens], row: _Row, serial: str | None, path: str
 ) -> Lens:
     """Return the lens of a recording: of its row, else of its scope; empty where neither names one."""
-    serial = row.serial if row.serial is not None else serial
     lens = row.lens
     if lens.calibration is None and serial is not None:
         if serial not in scopes:
@@ -243,9 +257,9 @@ def _found(folder: str, lens: Lens, serial: str | None, where: str) -> Lens:
     def found(name: str | None) -> str | None:
         if name is None:
             return None
-        if _SERIAL in name and serial is None:
+        if SERIAL in name and serial is None:
             raise InputError(f"{where}: {name!r} needs a serial number, in files or of its own")
-        whole = os.path.normpath(os.path.join(folder, name.replace(_SERIAL, serial or "")))
+        whole = os.path.normpath(os.path.join(folder, name.replace(SERIAL, serial or "")))
         if not os.path.isfile(whole):
             raise InputError(f"{where}: the calibration {shown(whole)} is missing")
         return whole

@@ -195,7 +195,7 @@ def _refuse_shared_files(steps: tuple[Step, ...]) -> None:
     for step in steps:
         spec = step.correction
         for path in filter(None, (spec.output, spec.zoom_log, step.page)):
-            place = step.recording.place
+            place, path = step.recording.place, os.path.normpath(path)
             if path in writers:
                 names = f"{shown(writers[path])} and {shown(place)}"
                 raise UsageError(f"{names} would both write {shown(path)}: take another suffix")

@@ -12,6 +12,7 @@ from pathlib import PurePath
 from ..errors import InputError, UsageError
 from ..files.names import shown
 from .manifest import MANIFEST_SUFFIXES, read_manifest
+from .patterns import fixed_part, matches
 from .recording import HTML_REPORT, JSON_REPORT, STATE, BatchSpec, Recording
 
 
@@ -51,18 +52,19 @@ def _add_source(found: Found, spec: BatchSpec, source: str) -> None:
         else:
             _add(found, spec, source, os.path.dirname(source))
     elif glob.has_magic(source):
-        paths = sorted(p for p in glob.iglob(source, recursive=True) if not os.path.isdir(p))
+        paths, top = matches(source), fixed_part(source)
         if not paths:
             raise InputError(f"{shown(source)}: matches no file")
         for path in paths:
-            _add(found, spec, path, fixed_part(source))
+            if not _is_output(found, spec, path, top):
+                _add(found, spec, path, top)
     else:
         raise InputError(f"{shown(source)}: no such file or directory")
 
 
 def _add_manifest(found: Found, spec: BatchSpec, path: str) -> None:
     folder = os.path.dirname(os.path.abspath(path))
-    manifest = read_manifest(path)
+    manifest = read_manifest(path, lambda file, top: _is_output(found, spec, file, top))
     found.missing += manifest.missing
     for entry in manifest.entries:
         calibration, right = entry.calibration, entry.right_calibration
@@ -108,7 +110,7 @@ def _place(spec: BatchSpec, source: str, root: str) -> str:
     """Return where the output goes, below the directory of outputs."""
     start = os.path.abspath(spec.root if spec.root is not None else root or ".")
     place = os.path.relpath(source, start)
-    if place.startswith(os.pardir):
+    if place.split(os.sep)[0] == os.pardir:
         raise UsageError(f"{shown(source)} is not below --root {shown(spec.root or start)}")
     if spec.suffix is not None and not _is_picture(place):
         place = os.path.splitext(place)[0] + spec.suffix
@@ -119,13 +121,6 @@ def _is_picture(place: str) -> bool:
     from ..files.images import PICTURE_SUFFIXES
 
     return os.path.splitext(place)[1].lower() in PICTURE_SUFFIXES
-
-
-def fixed_part(pattern: str) -> str:
-    """Return the directory that a pattern's wildcards begin below."""
-    parts = pattern.split(os.sep)
-    count = next(i for i, part in enumerate(parts) if glob.has_magic(part))
-    return os.sep.join(parts[:count]) or (os.sep if pattern.startswith(os.sep) else ".")
 
 
 def _walk(found: Found, spec: BatchSpec, top: str) -> Iterator[str]:
@@ -159,9 +154,34 @@ def _reason_to_stay_out(spec: BatchSpec, folder: str) -> str | None:
         return "is a directory, left out without --recursive"
     if os.path.islink(folder):
         return "is a link to a directory, and is not followed: name it as a source"
-    if os.path.isdir(os.path.join(folder, STATE)):
-        return "holds the outputs of another batch, and is left out: name it as a source"
-    return None
+    return _ANOTHER if _holds_outputs(folder) else None
+
+
+_ANOTHER = "holds the outputs of another batch, and is left out: name it as a source"
+
+
+def _holds_outputs(folder: str) -> bool:
+    """Tell a directory of outputs by what a batch leaves there; with --state elsewhere, the report."""
+    return any(os.path.lexists(os.path.join(folder, name)) for name in (STATE, JSON_REPORT))
+
+
+def _is_output(found: Found, spec: BatchSpec, path: str, top: str) -> bool:
+    """Tell whether a file that a pattern matches is in a directory of outputs below ``top``, its fixed part.
+
+    Such a directory is left out as it is where a directory is the source; another batch's with a note.
+    """
+    out, top = os.path.realpath(spec.out), os.path.abspath(top)
+    folder = os.path.dirname(os.path.abspath(path))
+    while len(folder) > len(top):
+        if os.path.realpath(folder) == out:
+            return True
+        if _holds_outputs(folder):
+            note = f"{shown(folder)}: {_ANOTHER}"
+            if note not in found.notes:
+                found.notes.append(note)
+            return True
+        folder = os.path.dirname(folder)
+    return False
 
 
 def _is_wanted(spec: BatchSpec, path: str) -> bool:
@@ -172,11 +192,11 @@ def _is_wanted(spec: BatchSpec, path: str) -> bool:
     if spec.zoom_from is not None and path.endswith(spec.zoom_from):
         return False
 
-    def matches(patterns: Sequence[str]) -> bool:
+    def fits(patterns: Sequence[str]) -> bool:
         names = (path, os.path.basename(path))
         return any(fnmatch.fnmatchcase(n, p) for p in patterns for n in names)
 
-    return (not spec.include or matches(spec.include)) and not matches(spec.exclude)
+    return (not spec.include or fits(spec.include)) and not fits(spec.exclude)
 
 
 def _refuse_circles(spec: BatchSpec, recordings: Iterable[Recording]) -> None:
@@ -187,6 +207,8 @@ def _refuse_circles(spec: BatchSpec, recordings: Iterable[Recording]) -> None:
         output = os.path.join(out, recording.place)
         if recording.place in (JSON_REPORT, HTML_REPORT):
             raise UsageError(f"{shown(recording.source)} would get the name of the batch's report")
+        if recording.place.split(os.sep)[0] == STATE:
+            raise UsageError(f"{shown(recording.source)} would get into the ledger's directory")
         if output in inputs or os.path.realpath(output) in inputs:
             raise UsageError(
                 f"{shown(output)} would be an output and is an input: give --out another directory"

@@ -153,7 +153,7 @@ def command(
     """
     from ..batch.recording import BatchSpec
     from ..batch.run import preview_batch, run_batch
-    from .batch_view import batch_view, summary
+    from .batch_view import batch_view, missing, summary
 
     calibration, right_calibration = parse_configs(config) if config else (None, None)
     spec = BatchSpec(
@@ -183,7 +183,10 @@ def command(
         fail_fast=not keep_going,
     )
     if dry_run:
-        _print_plan(preview_batch(spec), json, quiet)
+        plan = preview_batch(spec)
+        _print_plan(plan, json, quiet)
+        if plan.missing:
+            raise EndocalError(missing(plan))
         return
     with batch_view(quiet) as view:
         report = run_batch(spec, view)

@@ -249,6 +249,14 @@ def summary(report: BatchReport) -> str:
     return plain(f"{', '.join(words)}, in {_duration(report.seconds)}: see {place}")
 
 
+def missing(plan: Plan) -> str:
+    """Say how many recordings are not there, of those that a manifest names."""
+    count = len(plan.missing)
+    return (
+        f"{count} recording{'s are' if count > 1 else ' is'} missing, which a run lists as failed"
+    )
+
+
 def plain(text: str) -> str:
     """Return text that can be printed: on one line, what is no Unicode escaped."""
     return " ".join(escaped(text).splitlines())

@@ -100,6 +100,100 @@ def test_a_known_serial_number_goes_before_a_longer_match(folder: Path) -> None:
     assert read(folder, HEAD + scopes + rows) == {"raw/2026_A1_B2_x.mp4": "B2.toml"}
 
 
+SCOPES = "".join(
+    f'[[scope]]\nserial = "{serial}"\ncalibration = "cal/{name}.toml"\n'
+    for serial, name in (("42", "A1"), ("1042", "B2"))
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern", "lens"),
+    [
+        ("case1042.mp4", "*{serial}*.mp4", "B2"),
+        ("case42.mp4", "*{serial}*.mp4", "A1"),
+        ("case1042.mp4", "*{serial}.mp4", "B2"),
+        ("case1042.mp4", "case10{serial}.mp4", "A1"),
+        ("t_1042_x.mp4", "*_{serial}_*", "B2"),
+        ("42/t_42.mp4", "**/*{serial}*.mp4", "A1"),
+        ("t_1042_42_x.mp4", "*_1042_{serial}_*", "A1"),
+        ("42/t_42.mp4", "{serial}/t_{serial}.mp4", "A1"),
+        ("x42.mp4", "[!z-a]{serial}.mp4", "A1"),
+    ],
+)
+def test_a_serial_number_that_ends_with_another(
+    folder: Path, name: str, pattern: str, lens: str
+) -> None:
+    """Whichever is longer at one place is meant, or what the rest of the pattern leaves."""
+    (folder / "new" / name).parent.mkdir(parents=True)
+    (folder / "new" / name).touch()
+    rows = f'[[recording]]\nfiles = "new/{pattern}"\n'
+    assert read(folder, HEAD + SCOPES + rows) == {f"new/{name}": f"{lens}.toml"}
+
+
+@pytest.mark.parametrize("pattern", ["*_{serial}_*", "*{serial}*"])
+def test_two_serial_numbers_in_one_name_are_refused(folder: Path, pattern: str) -> None:
+    (folder / "new").mkdir()
+    (folder / "new" / "t_1042_42_x.mp4").touch()
+    rows = f'[[recording]]\nfiles = "new/{pattern}"\n'
+    said = error(folder, HEAD + SCOPES + rows)
+    assert "t_1042_42_x.mp4" in said
+    assert "finds the serial numbers '1042' and '42'" in said
+    # Told which, it goes on.
+    assert read(folder, HEAD + SCOPES + rows + 'serial = "42"\n') == {
+        "new/t_1042_42_x.mp4": "A1.toml"
+    }
+
+
+def test_calibrations_by_name_make_their_serial_numbers_known(folder: Path) -> None:
+    (folder / "raw" / "2026_B2_A1_x.mp4").touch()
+    rows = "files,calibration\nraw/*_{serial}_*.mp4,cal/{serial}.toml\n"
+    assert "'A1' and 'B2'" in error(folder, rows, "m.csv")
+
+
+def test_a_manifest_in_a_directory_with_brackets(folder: Path) -> None:
+    inside = folder / "case [1]"
+    inside.mkdir()
+    (folder / "raw").rename(inside / "raw")
+    (folder / "cal").rename(inside / "cal")
+    rows = "files,calibration\nraw/*_{serial}_*.mp4,cal/{serial}.toml\n"
+    assert read(inside, rows, "m.csv") == {
+        "raw/2026_A1_x.mp4": "A1.toml",
+        "raw/2026_B2_y.mp4": "B2.toml",
+    }
+
+
+@pytest.mark.parametrize(
+    ("output", "words"),
+    [
+        ("x/", "is a directory, not a file"),
+        (".", "is a directory, not a file"),
+        ("./.endocal/x.mp4", "is in the ledger's directory"),
+        ("a/../../x.mp4", "is not below --out"),
+    ],
+)
+def test_outputs_that_are_no_places(folder: Path, output: str, words: str) -> None:
+    row = f'[[recording]]\nfiles = "raw/plain.mp4"\noutput = "{output}"\n'
+    assert words in error(folder, HEAD + row)
+
+
+def test_one_output_written_in_two_ways_is_refused(folder: Path) -> None:
+    (folder / "raw" / "x.mp4").touch()
+    rows = (
+        "files,calibration,output\nraw/x.mp4,cal/A1.toml,x.mp4\nraw/plain.mp4,cal/A1.toml,./x.mp4\n"
+    )
+    (folder / "m.csv").write_text(rows)
+    with pytest.raises(UsageError, match=r"would both become x\.mp4"):
+        find_recordings(BatchSpec((str(folder / "m.csv"),), str(folder / "out")))
+
+
+def test_outputs_are_no_recordings_of_a_manifest(folder: Path) -> None:
+    (folder / "out" / "raw").mkdir(parents=True)
+    (folder / "out" / "raw" / "plain.mp4").touch()
+    (folder / "m.csv").write_text("files,calibration\n**/plain.mp4,cal/A1.toml\n")
+    found = find_recordings(BatchSpec((str(folder / "m.csv"),), str(folder / "out")))
+    assert list(found.recordings) == ["raw/plain.mp4"]
+
+
 def test_tables_from_a_spreadsheet(folder: Path) -> None:
     text = "\ufefffiles; calibration; output\r\nraw/plain.mp4; cal/A1.toml; case 1.mp4\r\n;;\r\n"
     assert read(folder, text, "m.csv") == {"raw/plain.mp4": "A1.toml"}

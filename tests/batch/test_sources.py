@@ -115,6 +115,40 @@ def test_the_outputs_of_batches_inside_the_tree_are_left_out(folder: Path) -> No
     assert note.startswith("raw/older: holds the outputs of another batch")
 
 
+def test_a_pattern_leaves_outputs_out_as_a_directory_does(folder: Path) -> None:
+    """A second run, another batch with its ledger inside, and one with --state elsewhere."""
+    for name in (
+        *("raw/out/a.mp4", "raw/out/one/b.mp4"),
+        *("raw/older/.endocal/ledger.sqlite", "raw/older/deep/y.mp4"),
+        *("raw/apart/batch-report.json", "raw/apart/z.mp4"),
+    ):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    for source in ("raw/**/*.mp4", "raw"):
+        found = find_recordings(BatchSpec((source,), "raw/out", "cal.toml", recursive=True))
+        assert [p for p in found.recordings if p.endswith("mp4")] == ["a.mp4", "one/b.mp4"]
+        assert len(found.notes) == 2
+        assert all("holds the outputs of another batch" in note for note in found.notes)
+    # What is named is taken.
+    assert places("raw/older/**/*.mp4") == ["deep/y.mp4"]
+
+
+def test_a_pattern_below_the_directory_of_outputs(folder: Path) -> None:
+    found = find_recordings(BatchSpec(("raw/*.mp4",), ".", "cal.toml"))
+    assert list(found.recordings) == ["a.mp4"]
+
+
+def test_a_pattern_in_a_directory_with_brackets(folder: Path) -> None:
+    (folder / "raw").rename(folder / "case [1]")
+    assert places("case [1]/**/*.mp4") == ["a.mp4", "one/b.mp4"]
+    assert places(f"{folder}/case [1]/*.mp4") == ["a.mp4"]
+
+
+def test_a_name_that_begins_with_dots_is_below_its_root(folder: Path) -> None:
+    (folder / "raw" / "..a.mp4").touch()
+    assert places("raw/..a.mp4") == ["..a.mp4"]
+
+
 def test_links_to_directories_are_not_followed(folder: Path) -> None:
     (folder / "raw" / "loop").symlink_to(folder / "raw", target_is_directory=True)
     (folder / "raw" / "again.mp4").symlink_to(folder / "raw" / "a.mp4")

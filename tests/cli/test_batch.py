@@ -79,6 +79,14 @@ def test_a_dry_run_prints_the_plan_and_touches_nothing(endocal: Runner, batch: B
     ]
 
 
+def test_a_dry_run_fails_for_what_is_missing(endocal: Runner, batch: Batch) -> None:
+    (batch.folder / "m.csv").write_text("files,calibration\nraw/a.mkv,cal.toml\ngone,cal.toml\n")
+    done = endocal("batch", str(batch.folder / "m.csv"), "--out", str(batch.out), "--dry-run")
+    assert (done.code, done.out) == (1, "do     raw/a.mkv: new\n")
+    assert "gone (line 3): no such file" in done.err
+    assert "1 recording is missing" in done.err
+
+
 def test_it_takes_the_options_of_correct(endocal: Runner, batch: Batch) -> None:
     options = ("--codec", "libx264", "--preset", "ultrafast", "--suffix", ".mp4", "--size", "32x24")
     done = endocal(*arguments(batch, *options, "--json"))
