@@ -11,6 +11,8 @@ import cv2
 from ..errors import InputError
 from .camera import Camera
 
+# No camera's file nests deeper than this, in brackets, or in characters of indentation.
+DEEPEST = 200
 # The names that OpenCV's samples, ROS and common scripts give to the same thing.
 _MATRIX = ("camera_matrix", "cameraMatrix", "K", "mtx")
 _COEFFICIENTS = ("distortion_coefficients", "distCoeffs", "dist_coeffs", "D", "dist")
@@ -24,7 +26,7 @@ def read_camera(text: str, size: tuple[int, int] | None = None) -> Camera:
 
     Raises InputError for text that is no such file, or lacks or garbles what a camera needs.
     """
-    document = _from_json(text) if text.lstrip().startswith("{") else _from_yaml(text)
+    document = _from_json(text) if text.lstrip()[:1] in ("{", "[") else _from_yaml(text)
     matrix = _matrix(document, _MATRIX)
     if len(matrix) != 9:
         raise InputError(
@@ -58,6 +60,9 @@ def _from_json(text: str) -> dict[str, Any]:
 
 def _from_yaml(text: str) -> dict[str, Any]:
     """Read YAML with OpenCV's own parser: its files are none that a YAML library reads."""
+    # OpenCV's parser goes into what is nested until the stack ends, and the process with it.
+    if _nested(text) > DEEPEST:
+        raise InputError("is nested too deeply for a camera")
     if not text.lstrip().startswith("%YAML"):
         text = f"%YAML:1.0\n---\n{text}"
     try:
@@ -66,6 +71,16 @@ def _from_yaml(text: str) -> dict[str, Any]:
     except (cv2.error, SystemError, ValueError, RecursionError):
         raise InputError("not a YAML document that OpenCV reads") from None
     return document if isinstance(document, dict) else {}
+
+
+def _nested(text: str) -> int:
+    """An upper bound of how deeply a YAML text is nested: by brackets, or by a line's indents and dashes."""
+    depth = deepest = 0
+    for character in text:
+        depth += (character in "[{") - (character in "]}")
+        deepest = max(deepest, depth)
+    indents = (len(line) - len(line.lstrip(" -\t")) for line in text.splitlines())
+    return max(deepest, *indents, 0)
 
 
 def _plain(node: Any) -> Any:

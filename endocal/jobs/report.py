@@ -51,6 +51,8 @@ class ReportSpec:
             return self.output
         if self.file == PIPE:
             raise UsageError("with - as the file, name the page with --output")
+        if not Path(self.file).name:
+            raise InputError(f"{self.file or 'an empty name'}: is no file to make a page of")
         return str(Path(self.file).with_suffix(".html"))
 
 
@@ -72,15 +74,16 @@ def report(spec: ReportSpec) -> ReportDone:
     check_output(spec.page, spec.overwrite, [] if spec.file == PIPE else [spec.file])
     name = "stdin" if spec.file == PIPE else Path(spec.file).name
     notes: list[str] = []
+    doubts: list[str] = []
     if Path(spec.file).suffix.lower() in LOG_SUFFIXES:
         page = run_page(f"Zoom log: {name}", zoom_history(spec.file))
     elif isinstance(obj := load(spec.file), ZoomTable):
         page = zoom_table_page(name, obj)
     else:
-        study, notes = _study(obj, spec)
-        page = calibration_page(name, obj, study, notes)
+        study, notes, doubts = _study(obj, spec)
+        page = calibration_page(name, obj, study, notes, doubts)
     write_page(page, spec.page, spec.overwrite, [spec.file])
-    return ReportDone(spec.page, tuple(notes))
+    return ReportDone(spec.page, (*notes, *doubts))
 
 
 def report_calibration(
@@ -109,20 +112,20 @@ def write_page(page: Html, output: str, overwrite: bool, inputs: Iterable[str] =
         temporary.write_bytes(data)
 
 
-def _study(recorded: Calibration, spec: ReportSpec) -> tuple[Study | None, list[str]]:
-    """Calibrate again from the recorded pictures; say why where that is not possible, and what moved."""
+def _study(recorded: Calibration, spec: ReportSpec) -> tuple[Study | None, list[str], list[str]]:
+    """Calibrate again from the recorded pictures; notes say why not, and doubts what moved."""
     images = recorded.source.images if recorded.source else ()
     if not images:
-        return None, ["The file names no picture, so that only its numbers can be shown."]
+        return None, ["The file names no picture, so that only its numbers can be shown."], []
     try:
         paths = [find_picture(image, spec.file, spec.images) for image in images]
         options = spec_of(recorded)
         made = report_files(paths, options)
         found = loads(dumps(made.calibration))
     except EndocalError as error:
-        return None, [f"Only the numbers can be shown. {error}"]
+        return None, [f"Only the numbers can be shown. {error}"], []
     assert isinstance(found, Calibration)
-    return Study(made.pictures, made.workings, options), _moved(recorded, found)
+    return Study(made.pictures, made.workings, options), [], _moved(recorded, found)
 
 
 def _as_written(calibration: Calibration) -> Calibration:

@@ -19,6 +19,8 @@ from ..files import atomic_output
 from ..files.names import shown
 from ..model import DivisionModel
 
+# No circle that a log tells of is wider than this, px: frames are at most 16384 px wide.
+WIDEST_CIRCLE = 1e6
 COLUMNS = ("frame", "time", "diameter", "source", "lambda", "center_x", "center_y", "uncertainty")
 _CSV, _LINES = (".csv",), (".jsonl", ".ndjson", ".json")
 LOG_SUFFIXES = (*_CSV, *_LINES)
@@ -163,8 +165,8 @@ def _row(row: Any, where: str) -> RecordedRow:
         )
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError(f"{where}: needs a diameter in px, and a frame or a time in s") from None
-    if not (math.isfinite(diameter) and diameter > 0):
-        raise InputError(f"{where}: the diameter {diameter:g} is not a positive number")
+    if not (math.isfinite(diameter) and 0 < diameter < WIDEST_CIRCLE):
+        raise InputError(f"{where}: the diameter {diameter:g} px is that of no circle")
     source = row.get("source")
     return RecordedRow(
         *place,

@@ -49,15 +49,20 @@ class Study:
 
 
 def calibration_page(
-    name: str, calibration: Calibration, study: Study | None, notes: Sequence[str] = ()
+    name: str,
+    calibration: Calibration,
+    study: Study | None,
+    notes: Sequence[str] = (),
+    doubts: Sequence[str] = (),
 ) -> p.Html:
     """Return the page of a calibration that goes by ``name``.
 
-    ``notes`` are said at the top; without a ``study`` only what the calibration itself holds is shown.
+    ``notes`` are said at the top; without a ``study`` only what the calibration itself holds is shown. With
+    ``doubts``, reasons found while the page was made, no calibration is called good.
     """
     model = calibration.model
     parts = [
-        _verdict(calibration),
+        _verdict(calibration, doubts),
         *(p.paragraph(p.Html(f"<b>Note:</b> {p.escape(n)}")) for n in notes),
     ]
     reach = _usable_reach(calibration)
@@ -80,11 +85,12 @@ def calibration_page(
     )
 
 
-def _verdict(calibration: Calibration) -> p.Html:
+def _verdict(calibration: Calibration, doubts: Sequence[str]) -> p.Html:
     quality = calibration.quality
     if quality is None:
-        return p.verdict("doubtful", HEADLINES[None])
-    return p.verdict(quality.verdict, HEADLINES[quality.verdict], quality.reasons)
+        return p.verdict("doubtful", HEADLINES[None], doubts)
+    verdict = "doubtful" if doubts and quality.verdict == "good" else quality.verdict
+    return p.verdict(verdict, HEADLINES[verdict], (*doubts, *quality.reasons))
 
 
 def _usable_reach(calibration: Calibration) -> float:

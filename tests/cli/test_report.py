@@ -151,7 +151,10 @@ def test_a_number_that_moved_is_told(endocal: Runner, calibrated: Path, tmp_path
     done = endocal("report", tmp_path / "cal.toml")
     assert done.code == 0
     assert "center x moved by" in done.err
-    assert "center x moved by" in text_of(tmp_path / "cal.html")
+    page = text_of(tmp_path / "cal.html")
+    assert "center x moved by" in page
+    assert "can be trusted" not in page
+    assert "Doubtful" in page
 
 
 def test_numbers_by_hand_are_enough(endocal: Runner, tmp_path: Path) -> None:
@@ -288,3 +291,10 @@ def test_the_model_of_pixels_that_are_not_square(endocal: Runner, tmp_path: Path
     # A ray from the centre stays on its row.
     rows = np.nonzero(after.max(axis=(1, 2)) > 60)[0]
     assert abs(rows.mean() - (288.5 * scale - 0.5)) < 1
+
+
+@pytest.mark.parametrize("name", [".", ""])
+def test_a_name_of_no_file_is_refused(endocal: Runner, name: str) -> None:
+    done = endocal("report", name)
+    assert done.code == 1
+    assert "is no file to make a page of" in done.err
