@@ -99,9 +99,9 @@ distortion_coefficients: {rows: 1, cols: 5, data: [-0.3, 0.1, 0, 0, 0]}
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        (ROS, "hello there", "not a JSON|camera_matrix holds 0"),
+        (ROS, "hello there", "not a (YAML|JSON)|camera_matrix holds 0"),
         (ROS, "{", "not a JSON document"),
-        (ROS, "[1, 2", "not a JSON|camera_matrix holds 0"),
+        (ROS, "[1, 2", "not a (YAML|JSON)|camera_matrix holds 0"),
         ("500, 0, 320, 0", "500, 0, 320", "camera_matrix holds 8 numbers"),
         ("500, 0, 320, 0", "500, abc, 320, 0", "something else than finite numbers"),
         ("500, 0, 320, 0", "500, 3, 320, 0", "skew"),
