@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+
 from ..files.names import shown
 from ..report import page as p
+from ..report.numbers import duration
 from .ledger import DONE, FAILED
 from .report import LEFT, OPEN, BatchReport, Line
 
-_HEADS = ("recording", "frames", "video", "work", "speed")
+_HEADS = ("recording", "calibration", "frames", "video", "work", "speed")
 _ZOOM_HEADS = ("zoom", "rim", "tracked", "held", "given")
 # So many recordings are named with a note that they share.
 _NAMED = 5
@@ -34,6 +38,8 @@ def report_page(report: BatchReport) -> str:
             parts.append(p.section(heading, p.bullets(map(_plain, said))))
     if done:
         parts.append(_table(done))
+    if any(line.calibrations for line in report.lines):
+        parts.append(_calibrations(report.lines))
     return p.page(
         "Batch report", *parts, subtitle=_plain(f"{shown(report.out)}, begun {report.began}")
     )
@@ -97,8 +103,8 @@ def _tiles(report: BatchReport) -> p.Html:
             ("done", str(len(done)), f"{report.done_now} by this run"),
             ("failed", str(report.failures), ""),
             ("frames", f"{frames:,}".replace(",", "\u202f"), ""),
-            ("video", _duration(sum(f.get("duration") or 0 for f in done)), ""),
-            ("this run took", _duration(report.seconds), _plain(report.workers)),
+            ("video", duration(sum(f.get("duration") or 0 for f in done)), ""),
+            ("this run took", duration(report.seconds), _plain(report.workers)),
             ("this run's speed", "–" if rate is None else f"{rate:.0f} fps", "over all recordings"),
         ]
     )
@@ -106,15 +112,31 @@ def _tiles(report: BatchReport) -> p.Html:
 
 def _row(line: Line) -> list[p.Cell]:
     facts = line.facts
-    duration = facts.get("duration")
+    length = facts.get("duration")
     speed = "" if line.speed is None else f"{line.speed:.0f} fps"
     return [
         _plain(shown(line.place)),
+        _lens(line),
         facts["frames"],
-        "" if duration is None else _duration(duration),
-        _duration(facts["seconds"]),
+        "" if length is None else duration(length),
+        duration(facts["seconds"]),
         speed,
     ]
+
+
+def _lens(line: Line) -> str:
+    """Name the calibrations of a recording, and the scope's serial number where one led there."""
+    names = ", ".join(shown(path) for path, _ in line.calibrations)
+    return _plain(names if line.serial is None else f"{names} (serial {line.serial})")
+
+
+def _calibrations(lines: Sequence[Line]) -> p.Html:
+    """List the calibrations of all recordings, whatever became of those."""
+    counts = Counter(lens for line in lines for lens in line.calibrations)
+    rows: list[list[p.Cell]] = [
+        [_plain(shown(path)), digest, count] for (path, digest), count in sorted(counts.items())
+    ]
+    return p.section("Calibrations", p.table(("calibration", "SHA-256", "recordings"), rows))
 
 
 def _zoom_row(line: Line) -> list[p.Cell]:
@@ -128,14 +150,6 @@ def _zoom(diameters: tuple[float, float] | None) -> str:
         return ""
     least, most = (f"{d:.0f}" for d in diameters)
     return f"{least} px" if least == most else f"{least}–{most} px"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 60:
-        return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}"
 
 
 def _plain(text: str) -> str:

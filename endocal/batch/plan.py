@@ -35,8 +35,9 @@ _ZOOM_OPTIONS = ("lookup", "assume_diameter", "zoom_log", "zoom_from")
 class Step:
     """One recording and what is to be done with it, and why.
 
-    ``correction`` is the whole order, and ``page`` the path of its report; ``owned`` says that the output
-    may be replaced. ``lens_sha256`` is of the calibration's bytes, and of those of a second one and of the
+    ``calibrations`` are the paths of its calibration, and of the second eye's if any, each with the SHA-256
+    of its bytes. ``correction`` is the whole order, and ``page`` the path of its report; ``owned`` says that
+    the output may be replaced. ``lens_sha256`` is of the calibration's bytes, and of those of a second one and of the
     zoom's record where there are any.
     """
 
@@ -49,6 +50,7 @@ class Step:
     lens_sha256: str
     options_sha256: str
     entry: Entry | None
+    calibrations: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,8 @@ def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
 def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
     correction = _correction(spec, recording)
     lens = lens_digest(correction, _digest)
+    paths = (recording.calibration, recording.right_calibration)
+    calibrations = tuple((path, _digest(path)) for path in paths if path is not None)
     page = None if spec.report is None else os.path.splitext(correction.output)[0] + spec.report
     options = _options_digest(correction, spec.report)
     exists = os.path.lexists(correction.output)
@@ -104,9 +108,13 @@ def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
     if exists and not owned and not spec.overwrite:
         known = entry is not None and entry.made is not None
         reason = "was changed by someone else" if known else "exists, and is not of this batch"
-        return Step(recording, LEAVE, reason, correction, page, False, lens, options, entry)
+        return Step(
+            recording, LEAVE, reason, correction, page, False, lens, options, entry, calibrations
+        )
     action, reason = _decide(spec, recording, entry, exists, lens, options)
-    return Step(recording, action, reason, correction, page, exists, lens, options, entry)
+    return Step(
+        recording, action, reason, correction, page, exists, lens, options, entry, calibrations
+    )
 
 
 def _decide(

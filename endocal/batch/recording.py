@@ -95,10 +95,12 @@ class BatchSpec:
 class Recording:
     """One recording, and where its output goes: ``place``, a path below the directory of outputs.
 
-    ``source``, ``calibration`` and ``right_calibration`` are absolute paths.
+    ``source``, ``calibration`` and ``right_calibration`` are absolute paths. ``serial`` is the scope's number
+    that the calibration was found by, where a manifest has one.
     """
 
     source: str
     place: str
     calibration: str
     right_calibration: str | None = None
+    serial: str | None = None

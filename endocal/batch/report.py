@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,8 +21,9 @@ class Line:
     """One recording of a batch: what became of it, and the facts of its correction.
 
     ``status`` is done, failed, left or open (not done yet); ``reason`` says why it failed or was left;
-    ``now`` whether this run did it. ``facts`` are those of CorrectionReport, without the paths; empty
-    where there is no output of ours.
+    ``now`` whether this run did it. ``calibrations`` are the paths of its calibration, and of the second
+    eye's if any, each with its SHA-256, and ``serial`` is the scope's number that they were found by. ``facts`` are
+    those of CorrectionReport, without the paths; empty where there is no output of ours.
     """
 
     place: str
@@ -31,6 +32,8 @@ class Line:
     reason: str | None
     now: bool
     facts: Mapping[str, Any] = field(default_factory=dict)
+    calibrations: tuple[tuple[str, str], ...] = ()
+    serial: str | None = None
 
     @property
     def speed(self) -> float | None:
@@ -120,7 +123,8 @@ def _line(step: Step, entry: Entry | None, worked_on: frozenset[str]) -> Line:
         status, reason = entry.status, entry.error
     facts = entry.made.report if status == DONE and entry is not None and entry.made else {}
     now = recording.place in worked_on
-    return Line(recording.place, recording.source, status, reason, now, facts)
+    place, source, serial = recording.place, recording.source, recording.serial
+    return Line(place, source, status, reason, now, facts, step.calibrations, serial)
 
 
 def _data(line: Line) -> dict[str, Any]:
@@ -131,6 +135,7 @@ def _data(line: Line) -> dict[str, Any]:
         "source": _plain(line.source),
         "status": line.status,
         "now": line.now,
+        **{key: _plain(text) for key, text in lens_words(line.calibrations, line.serial).items()},
     }
     if line.reason is not None:
         data["reason"] = _plain(line.reason)
@@ -141,6 +146,14 @@ def _data(line: Line) -> dict[str, Any]:
             "zoom_shares": {k: round(v, 4) for k, v in line.shares().items()},
         }
     return data
+
+
+def lens_words(calibrations: Sequence[tuple[str, str]], serial: str | None) -> dict[str, str]:
+    """Return which calibrations a recording gets, as the fields of its row."""
+    words: dict[str, str] = {}
+    for eye, (path, digest) in zip(("", "right_"), calibrations, strict=False):
+        words |= {f"{eye}calibration": path, f"{eye}calibration_sha256": digest}
+    return words if serial is None else words | {"serial": serial}
 
 
 def _plain(text: str) -> str:

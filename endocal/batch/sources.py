@@ -78,7 +78,7 @@ def _add_manifest(found: Found, spec: BatchSpec, path: str) -> None:
         inside = os.path.commonpath([folder, entry.source]) == folder
         root = folder if inside else os.path.dirname(entry.source)
         place = entry.output or _place(spec, entry.source, root)
-        _put(found, Recording(entry.source, place, calibration, right))
+        _put(found, Recording(entry.source, place, calibration, right, entry.serial))
 
 
 def _add(found: Found, spec: BatchSpec, path: str, root: str) -> None:

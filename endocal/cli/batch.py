@@ -205,6 +205,7 @@ def command(
 
 def _print_plan(plan: Plan, as_json: bool, quiet: bool) -> None:
     """Print one line a recording: what would be done with it, and why."""
+    from ..batch.report import lens_words
     from ..files.names import shown
     from .batch_view import escaped, plain
 
@@ -212,9 +213,17 @@ def _print_plan(plan: Plan, as_json: bool, quiet: bool) -> None:
         place, source = step.recording.place, step.recording.source
         if as_json:
             row = {"action": step.action, "output": place, "source": source, "reason": step.reason}
+            row |= lens_words(step.calibrations, step.recording.serial)
             print_json({key: escaped(value) for key, value in row.items()})
         else:
-            typer.echo(plain(f"{step.action:<6} {shown(place)}: {step.reason}"))
+            names = " and ".join(
+                f"{shown(path)} (sha256 {digest[:12]})" for path, digest in step.calibrations
+            )
+            serial = step.recording.serial
+            scope = "" if serial is None else f", serial {shown(serial)}"
+            typer.echo(
+                plain(f"{step.action:<6} {shown(place)}: {step.reason}; with {names}{scope}")
+            )
     if quiet:
         return
     for text in (*plan.notes, *plan.missing):

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import sys
-import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -232,6 +231,7 @@ def batch_view(quiet: bool) -> Iterator[QuietView | JsonView | LiveView]:
 def summary(report: BatchReport) -> str:
     """Say in one line how a batch came out."""
     from ..batch.recording import HTML_REPORT
+    from ..report.numbers import duration
 
     total = len(report.lines) + len(report.missing)
     words = [
@@ -246,7 +246,7 @@ def summary(report: BatchReport) -> str:
     if report.stopped is not None:
         words.append(f"stopped: {report.stopped}")
     place = os.path.join(report.out, HTML_REPORT)
-    return plain(f"{', '.join(words)}, in {_duration(report.seconds)}: see {place}")
+    return plain(f"{', '.join(words)}, in {duration(report.seconds)}: see {place}")
 
 
 def missing(plan: Plan) -> str:
@@ -271,7 +271,3 @@ def _short(place: str) -> str:
     # Names are shown as they are: rich would take square brackets in one for markup.
     name = plain(place if len(place) <= _NAME else f"…{place[-_NAME:]}")
     return name.replace("[", r"\[")
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds < 60 else time.strftime("%H:%M:%S", time.gmtime(seconds))

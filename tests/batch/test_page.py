@@ -59,6 +59,10 @@ def test_what_is_said_of_many_is_said_once() -> None:
     assert "0.mp4, 1.mp4, 2.mp4, 3.mp4, 4.mp4 and 4 more: is rescaled" in text
 
 
+def test_a_batch_of_days_is_told_in_hours() -> None:
+    assert "26 h 03 min" in page(Line("a.mp4", "/raw", "done", None, True, FACTS), seconds=93780.0)
+
+
 def test_names_are_shown_as_they_are() -> None:
     text = page(Line("<script>&\n\udce9.mp4", "/raw", "failed", "<b>: \udce9", True))
     assert "<script>" not in text

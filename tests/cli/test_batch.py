@@ -8,6 +8,7 @@ import pty
 import subprocess
 import sys
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,10 @@ def test_quiet_says_what_failed_and_json_gives_the_report(endocal: Runner, batch
 
 def test_a_dry_run_prints_the_plan_and_touches_nothing(endocal: Runner, batch: Batch) -> None:
     done = endocal(*arguments(batch, "--dry-run"))
-    assert (done.code, done.out) == (0, "do     a.mkv: new\ndo     deep/b.mkv: new\n")
+    digest = sha256((batch.folder / "cal.toml").read_bytes()).hexdigest()
+    lens = f"with {batch.folder}/cal.toml (sha256 {digest[:12]})"
+    lines = [f"do     a.mkv: new; {lens}", f"do     deep/b.mkv: new; {lens}"]
+    assert (done.code, done.out.splitlines()) == (0, lines)
     assert "2 of 2 recordings have work; nothing was touched" in done.err
     assert not batch.out.exists()
     endocal(*arguments(batch))
@@ -77,12 +81,34 @@ def test_a_dry_run_prints_the_plan_and_touches_nothing(endocal: Runner, batch: B
         ("do", "a.mkv", "--redo"),
         ("do", "deep/b.mkv", "--redo"),
     ]
+    assert {r["calibration"] for r in rows} == {f"{batch.folder}/cal.toml"}
+    assert {r["calibration_sha256"] for r in rows} == {digest}
+
+
+def test_the_calibration_of_each_recording_is_told(endocal: Runner, batch: Batch) -> None:
+    (batch.folder / "m.toml").write_text(
+        'schema = "endocal.manifest/1"\n[[scope]]\nserial = "b"\ncalibration = "cal.toml"\n'
+        '[[recording]]\nfiles = "raw/deep/{serial}.mkv"\n'
+    )
+    given = ("batch", str(batch.folder / "m.toml"), "--out", str(batch.out))
+    (row,) = endocal(*given, "--dry-run").out.splitlines()
+    assert row.startswith(f"do     raw/deep/b.mkv: new; with {batch.folder}/cal.toml (sha256 ")
+    assert row.endswith("), serial b")
+    done = endocal(*given, "--device", "numpy", "--json")
+    (recording,) = json.loads(done.out)["recordings"]
+    digest = sha256((batch.folder / "cal.toml").read_bytes()).hexdigest()
+    told = [recording[k] for k in ("calibration", "calibration_sha256", "serial")]
+    assert told == [f"{batch.folder}/cal.toml", digest, "b"]
+    page = (batch.out / "batch-report.html").read_text()
+    assert digest in page
+    assert "cal.toml (serial b)" in page
 
 
 def test_a_dry_run_fails_for_what_is_missing(endocal: Runner, batch: Batch) -> None:
     (batch.folder / "m.csv").write_text("files,calibration\nraw/a.mkv,cal.toml\ngone,cal.toml\n")
     done = endocal("batch", str(batch.folder / "m.csv"), "--out", str(batch.out), "--dry-run")
-    assert (done.code, done.out) == (1, "do     raw/a.mkv: new\n")
+    assert done.code == 1
+    assert done.out.startswith("do     raw/a.mkv: new; with ")
     assert "gone (line 3): no such file" in done.err
     assert "1 recording is missing" in done.err
 
