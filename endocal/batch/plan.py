@@ -14,7 +14,7 @@ from .._version import __version__
 from ..errors import InputError, UsageError
 from ..files import load
 from ..files.names import shown
-from ..jobs.correct import CorrectionSpec
+from ..jobs.correct import CorrectionSpec, holds_picture
 from ..video.encoder import EncoderChoice
 from ..zoom.table import ZoomTable
 from .fingerprint import FileState, sha256
@@ -24,8 +24,9 @@ from .sources import find_recordings
 from .task import lens_digest
 
 # What a step does: correct; compare the input's SHA-256 with the ledger's, and correct if it differs;
-# nothing, since it is done; nothing, since the output is not ours.
-DO, CHECK, KEEP, LEAVE = "do", "check", "keep", "leave"
+# nothing, since it is done; nothing, since the output is not ours; nothing now, since --retry-failed is for
+# other work.
+DO, CHECK, KEEP, LEAVE, WAIT = "do", "check", "keep", "leave", "wait"
 # Of CorrectionSpec, these are not what makes an output what it is, or have a digest of their own.
 _NOT_OPTIONS = ("input", "output", "calibration", "right_calibration", "overwrite", "threads")
 _ZOOM_OPTIONS = ("lookup", "assume_diameter", "zoom_log", "zoom_from")
@@ -37,8 +38,8 @@ class Step:
 
     ``calibrations`` are the paths of its calibration, and of the second eye's if any, each with the SHA-256
     of its bytes. ``correction`` is the whole order, and ``page`` the path of its report; ``owned`` says that
-    the output may be replaced. ``lens_sha256`` is of the calibration's bytes, and of those of a second one and of the
-    zoom's record where there are any.
+    the output may be replaced. ``lens_sha256`` is of the calibration's bytes, and of those of a second one
+    and of the zoom's record where there are any.
     """
 
     recording: Recording
@@ -63,9 +64,16 @@ class Plan:
 
     @cached_property
     def todo(self) -> list[Step]:
-        """The steps with work, the largest recording first, so that none is left for the end alone."""
-        todo = [s for s in self.steps if s.action in (DO, CHECK)]
-        return sorted(todo, key=lambda s: -_size(s.recording.source))
+        """The steps with work, the largest recording first, so that none is left for the end alone.
+
+        What failed before comes last, so that --fail-fast gets to the others.
+        """
+
+        def order(step: Step) -> tuple[bool, int]:
+            failed = step.entry is not None and step.entry.status == FAILED
+            return failed, -_size(step.recording.source)
+
+        return sorted((s for s in self.steps if s.action in (DO, CHECK)), key=order)
 
 
 def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
@@ -111,10 +119,24 @@ def _step(spec: BatchSpec, recording: Recording, entry: Entry | None) -> Step:
         return Step(
             recording, LEAVE, reason, correction, page, False, lens, options, entry, calibrations
         )
-    action, reason = _decide(spec, recording, entry, exists, lens, options)
+    gone = _missing_beside(correction, page)
+    action, reason = _decide(spec, recording, entry, exists, gone, lens, options)
+    if spec.retry_failed and action in (DO, CHECK) and not (entry and entry.status == FAILED):
+        action, reason = WAIT, f"{reason}, and did not fail before"
+    # What is beside a missing output is of this batch where that was made with the same options.
+    made = entry is not None and entry.made is not None and entry.made.options_sha256 == options
     return Step(
-        recording, action, reason, correction, page, exists, lens, options, entry, calibrations
+        *(recording, action, reason, correction, page, exists or made),
+        *(lens, options, entry, calibrations),
     )
+
+
+def _missing_beside(correction: CorrectionSpec, page: str | None) -> str | None:
+    """Name what should be beside an output and is not; beside pictures there is nothing."""
+    for name, path in (("zoom log", correction.zoom_log), ("page", page)):
+        if path is not None and not os.path.lexists(path) and not holds_picture(correction.input):
+            return name
+    return None
 
 
 def _decide(
@@ -122,11 +144,10 @@ def _decide(
     recording: Recording,
     entry: Entry | None,
     exists: bool,
+    gone: str | None,
     lens: str,
     options: str,
 ) -> tuple[str, str]:
-    if spec.retry_failed and (entry is None or entry.status != FAILED):
-        return KEEP, "did not fail before"
     if entry is None:
         return DO, "replaces what is there" if exists else "new"
     if entry.status == FAILED:
@@ -139,6 +160,7 @@ def _decide(
         (spec.redo, "--redo"),
         (made.lens_sha256 != lens, "its calibration has changed"),
         (made.options_sha256 != options, "its options have changed"),
+        (gone is not None, f"its {gone} is missing"),
     ):
         if differs:
             return DO, reason
@@ -146,7 +168,10 @@ def _decide(
         unchanged = FileState.of(recording.source) == made.input_state
     except OSError:
         return DO, "it cannot be read"
-    if unchanged and made.input_settled and not spec.rehash:
+    if spec.rehash:
+        return CHECK, "its input and output are compared"
+    # What failed is all that --retry-failed reads.
+    if unchanged and (made.input_settled or spec.retry_failed):
         return KEEP, "done"
     return CHECK, "its input was touched" if not unchanged else "its input is compared"
 

@@ -30,8 +30,8 @@ class BatchSpec:
     has not moved on by a frame for ``patience_s`` seconds is given up.
 
     ``overwrite`` replaces outputs that the ledger does not know; ``redo`` does again what is done;
-    ``rehash`` trusts no timestamp; ``retry_failed`` does only what failed before; ``fail_fast`` begins
-    nothing after the first failure.
+    ``rehash`` trusts no timestamp and no size; ``retry_failed`` does only what failed before; ``fail_fast``
+    begins nothing after the first failure.
     """
 
     sources: tuple[str, ...]

@@ -9,7 +9,7 @@ from typing import Any
 
 from .._version import __version__
 from .ledger import DONE, FAILED, Entry
-from .plan import LEAVE, Plan, Step
+from .plan import LEAVE, WAIT, Plan, Step
 
 SCHEMA = "endocal.batch-report/1"
 # What became of a recording. ``left``: its output is not of this batch and was left alone.
@@ -22,8 +22,8 @@ class Line:
 
     ``status`` is done, failed, left or open (not done yet); ``reason`` says why it failed or was left;
     ``now`` whether this run did it. ``calibrations`` are the paths of its calibration, and of the second
-    eye's if any, each with its SHA-256, and ``serial`` is the scope's number that they were found by. ``facts`` are
-    those of CorrectionReport, without the paths; empty where there is no output of ours.
+    eye's if any, each with its SHA-256, and ``serial`` is the scope's number that they were found by.
+    ``facts`` are those of CorrectionReport, without the paths; empty where there is no output of ours.
     """
 
     place: str
@@ -82,8 +82,8 @@ class BatchReport:
 
     @property
     def is_well(self) -> bool:
-        """Whether no recording failed, is missing, or was left alone."""
-        return not (self.failures or self.count(LEFT))
+        """Whether all recordings are done: none failed, is missing, was left alone or is still open."""
+        return not (self.failures or self.count(LEFT) or self.count(OPEN))
 
     def data(self) -> dict[str, Any]:
         """Return the report as plain data."""
@@ -119,6 +119,8 @@ def _line(step: Step, entry: Entry | None, worked_on: frozenset[str]) -> Line:
     status, reason = OPEN, None
     if step.action == LEAVE:
         status, reason = LEFT, step.reason
+    elif step.action == WAIT:
+        reason = step.reason
     elif entry is not None and entry.status in (DONE, FAILED):
         status, reason = entry.status, entry.error
     facts = entry.made.report if status == DONE and entry is not None and entry.made else {}

@@ -140,9 +140,10 @@ class _Work:
     def _task(self, step: Step) -> Task:
         threads = self._spec.threads or _default_threads(self._spec)
         entry = step.entry
-        known = None
+        known = output = None
         if step.action == CHECK and entry is not None and entry.made is not None:
             known = entry.made.input_sha256
+            output = entry.made.output_sha256 if self._spec.rehash else None
         return Task(
             place=step.recording.place,
             correction=replace(step.correction, overwrite=step.owned, threads=threads),
@@ -151,6 +152,7 @@ class _Work:
             known_sha256=known,
             mark=self._ledger.mark,
             page=step.page,
+            output_sha256=output,
         )
 
     def _record(self, place: str, outcome: Outcome) -> None:

@@ -42,8 +42,9 @@ class Task:
     """One order for a worker. All paths are absolute, and the same on every machine.
 
     ``known_sha256`` is that of the input that the present output was made from, where only a change of it
-    asks for work. ``mark`` is in the names of temporary files. ``page`` is the path of the recording's own
-    report, if there is to be one. ``version`` is endocal's.
+    asks for work, and ``output_sha256`` that of the output, where a change of that does, too. ``mark`` is in
+    the names of temporary files. ``page`` is the path of the recording's own report, if there is to be one.
+    ``version`` is endocal's.
     """
 
     place: str
@@ -53,6 +54,7 @@ class Task:
     known_sha256: str | None
     mark: str
     page: str | None = None
+    output_sha256: str | None = None
     version: str = __version__
 
 
@@ -118,7 +120,7 @@ def _perform(task: Task, tell: Tell) -> Outcome:
     began = time.time()
     digest = sha256(source, lambda count: tell(Progress(0, None, 0.0)))
     settled = before.is_settled(began)
-    if digest == task.known_sha256:
+    if digest == task.known_sha256 and _is_output_whole(task, tell):
         return Outcome(unchanged=(before, settled))
     if lens_digest(task.correction) != task.lens_sha256:
         name = shown(task.correction.calibration)
@@ -143,6 +145,14 @@ def _perform(task: Task, tell: Tell) -> Outcome:
         report=_facts(report),
     )
     return Outcome(made=made)
+
+
+def _is_output_whole(task: Task, tell: Tell) -> bool:
+    """Tell whether the output has the bytes that were recorded, where they are to be compared."""
+    if task.output_sha256 is None:
+        return True
+    found = sha256(task.correction.output, lambda count: tell(Progress(0, None, 0.0)))
+    return found == task.output_sha256
 
 
 def _correct(task: Task, tell: Tell) -> CorrectionReport:

@@ -76,7 +76,8 @@ def command(
     ] = False,
     redo: Annotated[bool, _which("--redo", help="Do again what is done, too.")] = False,
     rehash: Annotated[
-        bool, _which("--rehash", help="Compare every input's SHA-256; trust no timestamp.")
+        bool,
+        _which("--rehash", help="Compare every input's and output's SHA-256; trust no timestamp."),
     ] = False,
     overwrite: Annotated[
         bool, _which("--overwrite", help="Replace outputs that are not of this batch.")

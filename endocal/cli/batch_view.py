@@ -243,6 +243,8 @@ def summary(report: BatchReport) -> str:
         words.append(
             f"{report.count('left')} left alone, since their outputs are not of this batch"
         )
+    if report.count("open"):
+        words.append(f"{report.count('open')} not done yet")
     if report.stopped is not None:
         words.append(f"stopped: {report.stopped}")
     place = os.path.join(report.out, HTML_REPORT)

@@ -102,6 +102,21 @@ def test_rehash_compares_everything_and_redo_does_everything(batch: Batch) -> No
     assert batch.run(redo=True).done_now == 2
 
 
+def test_rehash_makes_an_output_anew_that_has_changed(batch: Batch) -> None:
+    """A disk that lost a bit changes neither size nor times."""
+    batch.run()
+    output = batch.out / "a.mkv"
+    data = bytearray(output.read_bytes())
+    data[-20] ^= 1
+    output.write_bytes(data)
+    assert batch.run().done_now == 0
+    assert actions(batch, rehash=True)["a.mkv"] == (CHECK, "its input and output are compared")
+    report = batch.run(rehash=True)
+    assert [line.place for line in report.lines if line.now] == ["a.mkv"]
+    assert output.read_bytes() != data
+    assert batch.run(rehash=True).done_now == 0
+
+
 def test_another_calibration_or_other_options_make_all_anew(batch: Batch) -> None:
     batch.run()
     options = {"correction": {"device": "numpy", "view": "full"}}
@@ -120,10 +135,19 @@ def test_a_failure_is_recorded_tried_again_and_can_be_asked_for(batch: Batch) ->
     (line,) = [line for line in report.lines if line.status == "failed"]
     assert "cannot be read as a video" in str(line.reason)
     Clip(frames=3).make(batch.folder / "raw" / "new.mkv")
+    (batch.out / "a.mkv").unlink()
     assert list(batch.did(retry_failed=True)) == ["bad.mp4"]
     Clip(frames=3, codec="mpeg4").make(batch.folder / "raw" / "bad.mp4")
-    assert batch.did() == {"bad.mp4": None, "new.mkv": None}
-    assert batch.run().is_well
+    # What is open is told, and is no success.
+    report = batch.run(retry_failed=True)
+    assert not report.is_well
+    assert {line.place: line.reason for line in report.lines if line.status == "open"} == {
+        "a.mkv": "its output is missing, and did not fail before",
+        "new.mkv": "new, and did not fail before",
+    }
+    assert (report.failures, report.count("done")) == (0, 2)
+    assert set(batch.did()) == {"a.mkv", "new.mkv"}
+    assert batch.run(retry_failed=True).is_well
 
 
 def test_an_output_of_someone_else_is_left_alone(batch: Batch) -> None:
@@ -144,7 +168,8 @@ def test_fail_fast_begins_nothing_more(batch: Batch) -> None:
     report = batch.run(fail_fast=True)
     assert (report.count("failed"), report.count("open")) == (1, 2)
     assert report.stopped == "a recording failed (--fail-fast)"
-    assert batch.did() != {}
+    # What failed comes last the next time.
+    assert list(batch.did(fail_fast=True)) == ["a.mkv", "deep/b.mkv", "bad.mp4"]
 
 
 def test_a_full_disk_stops_it(batch: Batch, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,6 +236,27 @@ def test_zoom_tables_in_a_batch(batch: Batch) -> None:
     # The record of the zoom is an input as well.
     (batch.folder / "raw" / "a.zoom.csv").write_text("frame,diameter\n0,41\n2,50\n")
     assert actions(batch, **fields)["a.mkv"] == (DO, "its calibration has changed")
+
+
+def test_what_is_missing_beside_an_output_is_made(batch: Batch, sample_data: Path) -> None:
+    pytest.importorskip("matplotlib")
+    (batch.folder / "raw" / "p.png").write_bytes((sample_data / "board-1.png").read_bytes())
+    table = zoom_table(batch.folder / "zoom.toml", (64, 48), (30.0, 60.0))
+    log = "frame,diameter\n0,40\n2,50\n"
+    for name in ("a.z.csv", "deep/b.z.csv"):
+        (batch.folder / "raw" / name).write_text(log)
+    fields = {"calibration": table, "zoom_from": ".z.csv", "zoom_log": ".csv", "report": ".html"}
+    batch.run(**fields)
+    # Beside a picture there is nothing, whatever becomes of that.
+    assert set(batch.did(**fields)) <= {"p.png"}
+    for name, what in (("a.csv", "zoom log"), ("a.html", "page")):
+        (batch.out / name).unlink()
+        assert actions(batch, **fields)["a.mkv"] == (DO, f"its {what} is missing")
+        assert batch.did(**fields)["a.mkv"] is None
+        assert (batch.out / name).exists()
+    # The output is gone, and what was beside it is still there.
+    (batch.out / "a.mkv").unlink()
+    assert batch.did(**fields)["a.mkv"] is None
 
 
 def test_each_recording_may_have_its_own_page(batch: Batch) -> None:
