@@ -53,7 +53,8 @@ class BatchReport:
     """All recordings of a batch, sorted by place, whether this run did them or an earlier one.
 
     ``missing`` are recordings that a manifest names and that are not there. ``stopped`` says why the run
-    ended before its time, if it did; ``interrupted`` that the user ended it.
+    ended before its time, if it did; ``interrupted`` that the user ended it, and ``exit_code`` how the
+    command is to end then if it was by a signal other than Ctrl-C.
     """
 
     out: str
@@ -65,6 +66,7 @@ class BatchReport:
     seconds: float
     stopped: str | None = None
     interrupted: bool = False
+    exit_code: int | None = None
 
     def count(self, status: str) -> int:
         """Return how many recordings have a status."""

@@ -57,7 +57,8 @@ def preview_batch(spec: BatchSpec) -> Plan:
 def run_batch(spec: BatchSpec, watch: Watch) -> BatchReport:
     """Do what is missing, changed or failed, and write the report of the whole.
 
-    What fails is recorded and does not end the batch. An interrupt ends it well: the report says so. Raises
+    What fails is recorded and does not end the batch. An interrupt, or a signal that comes as SystemExit,
+    ends it well: the report says so. Raises
     EndocalError where nothing can start or go on: a wrong source, a missing calibration, another batch at
     work, a ledger that cannot be written.
     """
@@ -94,7 +95,8 @@ def run_batch(spec: BatchSpec, watch: Watch) -> BatchReport:
             began=began,
             seconds=time.monotonic() - clock,
             stopped=work.stopped,
-            interrupted=work.interrupted,
+            interrupted=work.interrupted is not None,
+            exit_code=_exit_code(work.interrupted),
         )
         ledger.note(_REPORTED, "yes")
         _write_reports(spec, report)
@@ -112,7 +114,8 @@ class _Work:
         self.worked_on: set[str] = set()
         self.workers = ""
         self.stopped: str | None = None
-        self.interrupted = False
+        # Ctrl-C, or a signal (SIGTERM, SIGHUP) as SystemExit.
+        self.interrupted: KeyboardInterrupt | SystemExit | None = None
 
     def do(self, executor: Executor) -> None:
         """Run the steps that have work."""
@@ -125,8 +128,8 @@ class _Work:
                     if isinstance(event, Ended):
                         self._record(event.place, event.outcome)
                     self._watch.happened(event)
-        except KeyboardInterrupt:
-            self.interrupted = True
+        except (KeyboardInterrupt, SystemExit) as end:
+            self.interrupted = end
 
     def _tasks(self) -> Iterator[Task]:
         """Yield the tasks, one when there is room for it, until the run is to stop."""
@@ -171,6 +174,10 @@ class _Work:
             elif self._spec.fail_fast and self.stopped is None:
                 self.stopped = "a recording failed (--fail-fast)"
         self.worked_on.add(place)
+
+
+def _exit_code(end: KeyboardInterrupt | SystemExit | None) -> int | None:
+    return end.code if isinstance(end, SystemExit) and isinstance(end.code, int) else None
 
 
 def _state(spec: BatchSpec) -> Path:

@@ -154,7 +154,7 @@ def command(
     """
     from ..batch.recording import BatchSpec
     from ..batch.run import preview_batch, run_batch
-    from .batch_view import batch_view, missing, summary
+    from .batch_view import batch_view, missing, summary, terminated
 
     calibration, right_calibration = parse_configs(config) if config else (None, None)
     spec = BatchSpec(
@@ -194,6 +194,9 @@ def command(
         view.ended(report)
     if json:
         print_json(report.data())
+    if report.exit_code is not None:
+        note(terminated(report.exit_code))
+        raise typer.Exit(report.exit_code)
     if report.interrupted:
         raise KeyboardInterrupt
     if not report.is_well:

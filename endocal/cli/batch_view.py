@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -257,6 +258,11 @@ def missing(plan: Plan) -> str:
     return (
         f"{count} recording{'s are' if count > 1 else ' is'} missing, which a run lists as failed"
     )
+
+
+def terminated(exit_code: int) -> str:
+    """Say which signal ended a batch."""
+    return f"ended by {signal.Signals(exit_code - 128).name}"
 
 
 def plain(text: str) -> str:

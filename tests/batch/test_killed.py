@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import signal
 import subprocess
@@ -74,6 +75,11 @@ def test_an_interrupt_ends_it_well(
     rest = process.stderr.read()
     assert process.wait() == (130 if number == signal.SIGINT else 128 + number)
     assert "Traceback" not in rest
+    *_, end, last = rest.splitlines()
+    assert (json.loads(end)["event"], json.loads(end)["interrupted"]) == ("end", True)
+    words = "interrupted" if number == signal.SIGINT else "ended by SIGTERM"
+    assert last == f"endocal: {words}"
+    assert json.loads((out / "batch-report.json").read_text())["interrupted"]
     assert not [place for place in tree.outputs(out) if Path(place).name.startswith(".")]
     again = tree.run(recordings.source, out, recordings.lens)
     assert again.returncode == 1
