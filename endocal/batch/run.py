@@ -16,11 +16,10 @@ from ..errors import OutputError, UsageError
 from ..files import atomic_output
 from ..files.atomic import remove_temporaries
 from ..files.names import shown
-from ..report.figures import require_figures
-from ..video.encoder import EncoderChoice, check_names
 from .executor import Ended, Event, Executor
 from .ledger import NAME, RUNNING, Ledger, open_ledger
 from .lock import Lock, hold_lock
+from .options import check_options
 from .page import report_page
 from .plan import CHECK, Plan, Step, make_plan
 from .processes import Processes
@@ -47,6 +46,7 @@ class Watch(Protocol):
 
 def preview_batch(spec: BatchSpec) -> Plan:
     """Return what a batch would do, and touch nothing."""
+    check_options(spec)
     path = _state(spec) / NAME
     if not path.exists():
         return make_plan(spec, {})
@@ -64,14 +64,14 @@ def run_batch(spec: BatchSpec, watch: Watch) -> BatchReport:
     """
     began, clock = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()), time.monotonic()
     state = _state(spec)
+    check_options(spec)
     # Nothing is made before the first plan stands.
     first = None if state.exists() else make_plan(spec, {})
-    _check_names(spec)
-    try:
-        state.mkdir(parents=True, exist_ok=True)
-        Path(spec.out).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{shown(spec.out)}: cannot be made: {error.strerror}") from None
+    for folder in (Path(spec.out), state):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"{shown(folder)}: cannot be made: {error.strerror}") from None
     run = secrets.token_hex(4)
     with (
         hold_lock(state / "lock", run, shown(spec.out)) as lock,
@@ -207,18 +207,6 @@ def _default_threads(spec: BatchSpec) -> int:
     if spec.scheduler is not None:
         return 1
     return max(1, cores() // (spec.jobs or default_jobs()))
-
-
-def _check_names(spec: BatchSpec) -> None:
-    """Raise UsageError or DeviceError for what is not there, before every recording fails for it."""
-    check_names(spec.correction.get("encoder", EncoderChoice()))
-    if spec.report is not None:
-        require_figures()
-    device = spec.correction.get("device", "auto")
-    if spec.scheduler is None and device not in ("auto", "numpy"):
-        from ..remap.opencl_device import choose_device
-
-        choose_device(device)
 
 
 def _clean(spec: BatchSpec, ledger: Ledger, places: set[str]) -> None:

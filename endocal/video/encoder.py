@@ -132,14 +132,46 @@ def settle(choice: EncoderChoice, info: StreamInfo, container: ContainerKind) ->
 
 
 def check_names(choice: EncoderChoice) -> None:
-    """Raise UsageError for an encoder or a pixel format that does not exist."""
+    """Raise UsageError for an encoder, a pixel format or a preset that does not exist.
+
+    Also for a quality or a preset that no encoder takes which a source may lead to.
+    """
     if choice.codec is not None:
         _encoder(choice.codec)
+    refusals: list[UsageError] = []
+    names = encoders_for(choice)
+    for name in names:
+        try:
+            _quality(name, choice.crf)
+            _check_preset(name, choice.preset)
+        except UsageError as error:
+            refusals.append(error)
+    if len(refusals) == len(names):
+        raise refusals[0]
     if choice.pix_fmt is not None:
         try:
             av.VideoFormat(choice.pix_fmt)
         except ValueError as error:
             raise UsageError(f"--pix-fmt {choice.pix_fmt}: no such pixel format") from error
+
+
+def encoders_for(choice: EncoderChoice) -> tuple[str, ...]:
+    """Return the encoders that a source may lead to, by name: the one that was chosen, if one was."""
+    if choice.codec is not None:
+        return (choice.codec,)
+    names = dict.fromkeys((*_FALLBACKS, *_FAMILY.values()))
+    return tuple(name for name in names if name in av.codecs_available)
+
+
+def _check_preset(codec: str, preset: str | None) -> None:
+    if preset is None:
+        return
+    if not codec.startswith(_WITH_PRESETS):
+        raise UsageError(f"--preset {preset}: {codec} has no presets")
+    if codec.startswith("libx26") and preset not in _X26_PRESETS:
+        raise UsageError(f"--preset {preset}: {codec} has {', '.join(_X26_PRESETS)}")
+    if codec == "libsvtav1" and not preset.removeprefix("-").isdecimal():
+        raise UsageError(f"--preset {preset}: {codec} has numbers, -1 to 13")
 
 
 def _encoder(name: str) -> av.Codec:
@@ -189,11 +221,8 @@ def _options(
 ) -> dict[str, str]:
     options = dict(_DEFAULTS.get(codec, {}))
     if choice.preset is not None:
-        if not codec.startswith(_WITH_PRESETS):
-            raise UsageError(f"--preset {choice.preset}: {codec} has no presets")
+        _check_preset(codec, choice.preset)
         if codec.startswith("libx26"):
-            if choice.preset not in _X26_PRESETS:
-                raise UsageError(f"--preset {choice.preset}: {codec} has {', '.join(_X26_PRESETS)}")
             options = {}
         options["preset"] = choice.preset
     options |= _quality(codec, choice.crf)

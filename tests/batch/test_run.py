@@ -273,7 +273,7 @@ def test_two_recordings_may_not_share_a_file_beside_them(batch: Batch) -> None:
     with pytest.raises(UsageError, match=r"a.mkv and a.mov would both write .*a\.html"):
         batch.run(report=".html")
     with pytest.raises(UsageError, match=r"would both write"):
-        batch.run(suffix=".html", report=".html", exclude=("*.mov",))
+        batch.run(suffix=".mkv", report=".mkv", exclude=("*.mov",))
 
 
 def test_zoom_options_need_a_zoom_table(batch: Batch) -> None:

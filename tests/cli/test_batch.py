@@ -135,6 +135,13 @@ def test_it_takes_the_options_of_correct(endocal: Runner, batch: Batch) -> None:
         (("--view", "all"), "--view all: it is one of same, crop, full"),
         (("--interpolation", "x"), "--interpolation x: it is one of"),
         (("--codec", "libx262"), "--codec libx262: no such encoder"),
+        (("--suffix", ".xyz"), "--suffix .xyz: names no video file"),
+        (("--suffix", ".png"), "--suffix .png: names no video file"),
+        (("--suffix", ".webm", "--codec", "libx264"), "webm takes no video of libx264"),
+        (("--zoom-log", ".xyz"), "--zoom-log .xyz: a zoom log is .csv"),
+        (("--crf", "99"), "--crf 99: libx264 takes 0 to 51"),
+        (("--preset", "nope"), "--preset nope: libx264 has ultrafast"),
+        (("--codec", "libsvtav1", "--preset", "nope"), "--preset nope: libsvtav1 has numbers"),
         (("--size", "64"), "is no size"),
         (("--size", "64x64", "--scale", "2"), "exclude each other"),
         (("--zoom-log", ".csv"), "needs a zoom table"),
@@ -144,18 +151,23 @@ def test_it_takes_the_options_of_correct(endocal: Runner, batch: Batch) -> None:
 def test_wrong_options_start_nothing(
     endocal: Runner, batch: Batch, options: tuple[str, ...], words: str
 ) -> None:
-    assert words in endocal(*arguments(batch, *options)).fails(2)
-    assert not batch.out.exists()
+    for more in ((), ("--dry-run",)):
+        assert words in endocal(*arguments(batch, *options, *more)).fails(2)
+        assert not batch.out.exists()
 
 
 def test_wrong_devices_and_places_start_nothing(endocal: Runner, batch: Batch) -> None:
     given = [a if a != "numpy" else "no such device" for a in arguments(batch)]
     assert "no OpenCL device" in endocal(*given).fails(2)
+    assert "no OpenCL device" in endocal(*given, "--dry-run").fails(2)
     assert not batch.out.exists()
     given = [
         a if a != str(batch.out) else str(batch.folder / "cal.toml" / "x") for a in arguments(batch)
     ]
     assert "cannot be made: Not a directory" in endocal(*given).fails(1)
+    lens = batch.folder / "cal.toml"
+    line = endocal(*arguments(batch, "--state", str(lens))).fails(1)
+    assert f"{lens}: cannot be made: File exists" in line
 
 
 def test_a_second_batch_is_told_of_the_first(endocal: Runner, batch: Batch) -> None:
