@@ -14,7 +14,7 @@ from .options import Json, Output, Overwrite, note, print_json
 from .progress import progress_bar
 
 if TYPE_CHECKING:
-    from ..jobs.correct import CorrectionReport, CorrectionSpec, Progress
+    from ..jobs.correction import CorrectionReport, CorrectionSpec, Progress
 
 EXAMPLES = (
     "endocal correct surgery.mp4 -o corrected.mp4 -c zoom.toml",
@@ -73,7 +73,9 @@ def command(
     quiet: Quiet = False,
 ) -> None:
     """Correct the lens distortion of a video or a picture, and keep all else as it is."""
-    from ..jobs.correct import PIPE, CorrectionSpec, correct
+    from ..jobs.correct import correct
+    from ..jobs.correction import CorrectionSpec
+    from ..jobs.pipe import PIPE
     from ..jobs.threads import limit_threads
 
     if json and str(output) == PIPE:

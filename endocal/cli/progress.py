@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..jobs.correct import Progress
+    from ..jobs.correction import Progress
 
 
 @contextlib.contextmanager

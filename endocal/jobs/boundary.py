@@ -24,7 +24,8 @@ from ..video.frames import has_luma_plane, plane_views
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.writer import OutputPicture, VideoWriter
-from .correct import Progress, holds_picture
+from .correct import holds_picture
+from .correction import Progress
 from .pipe import PIPE, PipeInput
 
 

@@ -22,7 +22,7 @@ from ..files import (
 from ..files.images import ALPHA_SUFFIXES, PICTURE_SUFFIXES, Picture, without_alpha
 from ..files.names import shown
 from ..remap.remapper import Remapper
-from .correct import CorrectionReport, CorrectionSpec, input_name, output_name
+from .correction import CorrectionReport, CorrectionSpec, input_name, output_name
 from .lens import Lens, fit_lens, model_source
 from .pipe import PIPE, PipeInput, PipeOutput
 

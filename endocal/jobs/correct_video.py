@@ -20,7 +20,7 @@ from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
 from ..video.writer import VideoWriter
-from .correct import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
+from .correction import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
 from .corrector import Corrector, Split
 from .lens import Lens, ModelSource, fit_lens, model_source
 from .live_feed import LiveFeed

@@ -15,7 +15,7 @@ from ..remap.layout import FrameLayout, frame_layout
 from ..video.frames import Frame, luma_view, plane_views
 from ..video.stream import StreamInfo
 from ..video.writer import OutputPicture
-from .correct import CorrectionSpec
+from .correction import CorrectionSpec
 from .lens import ModelSource
 from .placing import Place, chroma_grid
 from .side_by_side import SideBySide

@@ -20,9 +20,10 @@ from ..remap.layout import frame_layout, supported
 from ..video.frames import Frame, to_bgr
 from ..video.reader import Item, VideoReader, is_frame
 from .before_after import Picture, before_after
-from .correct import CorrectionSpec, holds_picture, input_name, output_name
+from .correct import holds_picture
 from .correct_picture import check_picture_output, write_picture
 from .correct_video import eye_sources, fit_eyes
+from .correction import CorrectionSpec, input_name, output_name
 from .corrector import Split, stream_geometry
 from .instant import Instant
 from .lens import Lens, ModelSource, fit_lens, model_source

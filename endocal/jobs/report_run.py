@@ -17,7 +17,8 @@ from ..report.numbers import duration
 from ..report.page import Html
 from ..report.run import Run, ZoomHistory, run_page
 from ..zoom.table import ZoomTable
-from .correct import CorrectionReport, CorrectionSpec, Progress, correct, holds_picture
+from .correct import correct, holds_picture
+from .correction import CorrectionReport, CorrectionSpec, Progress
 from .pipe import PIPE
 from .report import write_page
 from .zoom_history import zoom_history

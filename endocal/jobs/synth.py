@@ -18,7 +18,7 @@ from ..synth.clip import clip_frames
 from ..synth.sound import RATE as SOUND_RATE
 from ..synth.sound import sound_track
 from ..zoom.table import ZoomTable
-from .correct import Progress
+from .correction import Progress
 from .synth_scenes import ClipSpec, ZoomSpec, clip_scene, zoom_scene
 from .synth_truth import HEADER, frame_row, lens_truth, true_calibration
 

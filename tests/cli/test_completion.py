@@ -13,7 +13,7 @@ import pytest
 from endocal.calibration.methods.registry import METHODS
 from endocal.calibration.spec import MODELS
 from endocal.cli.app import COMMANDS
-from endocal.jobs.correct import DEINTERLACE, STEREO
+from endocal.jobs.correction import DEINTERLACE, STEREO
 from endocal.jobs.export import KINDS
 from endocal.remap.geometry import VIEWS
 from endocal.remap.interpolation import TAPS
