@@ -39,12 +39,13 @@ class Lock:
 
 
 @contextlib.contextmanager
-def hold_lock(path: Path, run: str, name: str) -> Iterator[Lock]:
+def hold_lock(path: Path, run: str, name: str, optional: bool = False) -> Iterator[Lock]:
     """Hold the lock while the block runs; OutputError, naming the holder, where another batch has it.
 
     The operating system holds it (flock) for this process and those that inherit the descriptor, until the
     last of them is gone: no killed batch leaves it behind, and none is let in while an old one's workers
-    still write. ``name`` is what messages call the directory of outputs.
+    still write. ``name`` is what messages call the directory of outputs. Where the file system has no locks,
+    an ``optional`` one goes without.
     """
     try:
         import fcntl
@@ -66,6 +67,8 @@ def hold_lock(path: Path, run: str, name: str) -> Iterator[Lock]:
                     raise OutputError(f"{name}: {_describe(holder)}") from None
                 time.sleep(_POLL_S)
             except OSError as error:
+                if optional and error.errno in (errno.ENOLCK, errno.EOPNOTSUPP):
+                    break
                 reason = (
                     "its file system has no locks"
                     if error.errno == errno.ENOLCK

@@ -92,14 +92,19 @@ def make_plan(spec: BatchSpec, entries: Mapping[str, Entry]) -> Plan:
     _refuse_idle_zoom_options(spec, steps)
     _refuse_shared_files(steps)
     notes = list(found.notes)
-    others = {
+    if others := entries.keys() - found.recordings.keys():
+        are = "recording is" if len(others) == 1 else "recordings are"
+        notes.append(
+            f"{len(others)} more {are} in the ledger of --out, and not among these sources"
+        )
+    versions = {
         step.entry.made.endocal
         for step in steps
         if step.action == KEEP and step.entry is not None and step.entry.made is not None
     } - {__version__}
-    if others:
+    if versions:
         notes.append(
-            f"some outputs were made by endocal {', '.join(sorted(others))}: --redo makes them anew"
+            f"some outputs were made by endocal {', '.join(sorted(versions))}: --redo makes them anew"
         )
     return Plan(steps, tuple(notes), tuple(found.missing))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -125,6 +126,8 @@ def _line(step: Step, entry: Entry | None, worked_on: frozenset[str]) -> Line:
         reason = step.reason
     elif entry is not None and entry.status in (DONE, FAILED):
         status, reason = entry.status, entry.error
+        if status == FAILED and entry.made is not None and os.path.lexists(step.correction.output):
+            reason = f"{reason} (what an earlier run made of it is still there)"
     facts = entry.made.report if status == DONE and entry is not None and entry.made else {}
     now = recording.place in worked_on
     place, source, serial = recording.place, recording.source, recording.serial

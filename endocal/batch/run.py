@@ -67,14 +67,20 @@ def run_batch(spec: BatchSpec, watch: Watch) -> BatchReport:
     check_options(spec)
     # Nothing is made before the first plan stands.
     first = None if state.exists() else make_plan(spec, {})
-    for folder in (Path(spec.out), state):
+    # With the ledger elsewhere, this marks the directory of outputs and keeps batches of other ledgers out.
+    mark = Path(spec.out, STATE)
+    for folder in (mark, state):
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(f"{shown(folder)}: cannot be made: {error.strerror}") from None
+            name = spec.out if folder is mark else folder
+            raise OutputError(f"{shown(name)}: cannot be made: {error.strerror}") from None
     run = secrets.token_hex(4)
     with (
         hold_lock(state / "lock", run, shown(spec.out)) as lock,
+        contextlib.nullcontext()
+        if mark.samefile(state)
+        else hold_lock(mark / "lock", run, shown(spec.out), optional=True),
         open_ledger(state / NAME) as ledger,
     ):
         _check_place(spec, ledger)

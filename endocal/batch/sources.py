@@ -23,6 +23,8 @@ class Found:
     recordings: dict[str, Recording] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
+    # By the sources' paths, links to directories followed: one is found by two ways, under two places.
+    by_source: dict[str, Recording] = field(default_factory=dict)
 
 
 def find_recordings(spec: BatchSpec) -> Found:
@@ -78,7 +80,8 @@ def _add_manifest(found: Found, spec: BatchSpec, path: str) -> None:
         inside = os.path.commonpath([folder, entry.source]) == folder
         root = folder if inside else os.path.dirname(entry.source)
         place = entry.output or _place(spec, entry.source, root)
-        _put(found, Recording(entry.source, place, calibration, right, entry.serial))
+        recording = Recording(entry.source, place, calibration, right, entry.serial)
+        _put(found, recording, is_place_given=entry.output is not None)
 
 
 def _add(found: Found, spec: BatchSpec, path: str, root: str) -> None:
@@ -95,7 +98,19 @@ def _default_lens(spec: BatchSpec) -> tuple[str | None, str | None]:
     return left, right
 
 
-def _put(found: Found, recording: Recording) -> None:
+def _put(found: Found, recording: Recording, is_place_given: bool = False) -> None:
+    """Take a recording, once for all sources that hold it, save where one gives it a place of its own."""
+    folder, name = os.path.split(recording.source)
+    first = found.by_source.setdefault(os.path.join(os.path.realpath(folder), name), recording)
+    if first is not recording:
+        lenses = {(r.calibration, r.right_calibration) for r in (first, recording)}
+        if len(lenses) > 1:
+            raise UsageError(
+                f"{shown(recording.source)} is named by two sources, with the calibrations"
+                f" {shown(first.calibration)} and {shown(recording.calibration)}: leave one out"
+            )
+        if not is_place_given:
+            return
     other = found.recordings.setdefault(recording.place, recording)
     if other.source == recording.source:
         return

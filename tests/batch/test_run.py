@@ -18,7 +18,7 @@ from endocal.batch.plan import CHECK, DO, KEEP, LEAVE, Plan
 from endocal.batch.run import preview_batch, run_batch
 from endocal.errors import InputError, OutputError, UsageError
 from tests.batch.local import Batch, Seen, make_batch
-from tests.jobs.lenses import calibration, zoom_table
+from tests.jobs.lenses import calibration
 from tests.video.clips import Clip
 
 BOTH = {"a.mkv": None, "deep/b.mkv": None}
@@ -221,67 +221,6 @@ def test_pictures_in_the_tree_are_corrected_too(batch: Batch, sample_data: Path)
     assert report.lines[0].facts["size_in"] == [720, 540]
 
 
-def test_zoom_tables_in_a_batch(batch: Batch) -> None:
-    table = zoom_table(batch.folder / "zoom.toml", (64, 48), (30.0, 60.0))
-    (batch.folder / "raw" / "a.zoom.csv").write_text("frame,diameter\n0,40\n2,50\n")
-    fields = {"calibration": table, "zoom_log": ".log.csv", "zoom_from": ".zoom.csv"}
-    report = batch.run(**fields)
-    assert len(report.lines) == 2
-    lines = {line.place: line for line in report.lines}
-    assert lines["a.mkv"].status == "done", lines
-    assert lines["a.mkv"].shares() == {"given": 1.0}
-    assert lines["a.mkv"].facts["diameters"] == pytest.approx((40, 50))
-    assert (batch.out / "a.log.csv").read_text().count("\n") == 4
-    assert "b.zoom.csv" in str(lines["deep/b.mkv"].reason)
-    # The record of the zoom is an input as well.
-    (batch.folder / "raw" / "a.zoom.csv").write_text("frame,diameter\n0,41\n2,50\n")
-    assert actions(batch, **fields)["a.mkv"] == (DO, "its calibration has changed")
-
-
-def test_what_is_missing_beside_an_output_is_made(batch: Batch, sample_data: Path) -> None:
-    pytest.importorskip("matplotlib")
-    (batch.folder / "raw" / "p.png").write_bytes((sample_data / "board-1.png").read_bytes())
-    table = zoom_table(batch.folder / "zoom.toml", (64, 48), (30.0, 60.0))
-    log = "frame,diameter\n0,40\n2,50\n"
-    for name in ("a.z.csv", "deep/b.z.csv"):
-        (batch.folder / "raw" / name).write_text(log)
-    fields = {"calibration": table, "zoom_from": ".z.csv", "zoom_log": ".csv", "report": ".html"}
-    batch.run(**fields)
-    # Beside a picture there is nothing, whatever becomes of that.
-    assert set(batch.did(**fields)) <= {"p.png"}
-    for name, what in (("a.csv", "zoom log"), ("a.html", "page")):
-        (batch.out / name).unlink()
-        assert actions(batch, **fields)["a.mkv"] == (DO, f"its {what} is missing")
-        assert batch.did(**fields)["a.mkv"] is None
-        assert (batch.out / name).exists()
-    # The output is gone, and what was beside it is still there.
-    (batch.out / "a.mkv").unlink()
-    assert batch.did(**fields)["a.mkv"] is None
-
-
-def test_each_recording_may_have_its_own_page(batch: Batch) -> None:
-    pytest.importorskip("matplotlib")
-    assert batch.did(report=".html") == BOTH
-    assert "64x48" in (batch.out / "deep" / "b.html").read_text()
-    assert batch.did(report=".html") == {}
-    assert actions(batch)["a.mkv"] == (DO, "its options have changed")
-
-
-def test_two_recordings_may_not_share_a_file_beside_them(batch: Batch) -> None:
-    Clip(frames=3, codec="mpeg4").make(batch.folder / "raw" / "a.mov")
-    assert set(batch.did()) == {"a.mkv", "a.mov", "deep/b.mkv"}
-    with pytest.raises(UsageError, match=r"a.mkv and a.mov would both write .*a\.html"):
-        batch.run(report=".html")
-    with pytest.raises(UsageError, match=r"would both write"):
-        batch.run(suffix=".mkv", report=".mkv", exclude=("*.mov",))
-
-
-def test_zoom_options_need_a_zoom_table(batch: Batch) -> None:
-    with pytest.raises(UsageError, match="--zoom-log needs a zoom table, and no recording has one"):
-        batch.run(zoom_log=".csv")
-    assert not batch.out.exists()
-
-
 def test_nothing_starts_for_a_wrong_calibration(batch: Batch) -> None:
     with pytest.raises(InputError, match="no such file"):
         batch.run(calibration=str(batch.folder / "none.toml"))
@@ -343,10 +282,43 @@ def test_the_ledger_can_be_elsewhere(batch: Batch) -> None:
     state = str(batch.folder / "state")
     assert batch.did(state=state) == BOTH
     assert batch.did(state=state) == {}
-    assert not (batch.out / ".endocal").exists()
+    assert not (batch.out / ".endocal" / "ledger.sqlite").exists()
     other = replace(batch.spec(state=state), out=str(batch.folder / "other"))
     with pytest.raises(UsageError, match="give each --out its own"):
         run_batch(other, Seen())
+
+
+def test_two_ledgers_for_one_directory_collide(batch: Batch) -> None:
+    one, two = str(batch.folder / "one"), str(batch.folder / "two")
+
+    class Second(Seen):
+        def planned(self, plan: Plan, workers: str) -> None:
+            for state in (two, None):
+                with pytest.raises(OutputError, match="another batch is at work here"):
+                    batch.run(state=state)
+
+    assert run_batch(batch.spec(state=one), Second()).is_well
+    # The usual place may be named.
+    usual = str(batch.out / ".endocal")
+    assert batch.run(state=usual, overwrite=True).is_well
+
+
+def test_what_failed_after_it_was_done_is_told(batch: Batch) -> None:
+    batch.run()
+    (batch.folder / "raw" / "a.mkv").write_bytes(b"no video at all, not even nearly")
+    line = batch.run().lines[0]
+    assert line.status == "failed"
+    assert str(line.reason).endswith("(what an earlier run made of it is still there)")
+    (batch.out / "a.mkv").unlink()
+    assert "is still there" not in str(batch.run().lines[0].reason)
+
+
+def test_recordings_of_the_ledger_that_are_not_among_the_sources_are_counted(batch: Batch) -> None:
+    batch.run()
+    report = batch.run(include=("a.mkv",))
+    assert report.notes == (
+        "1 more recording is in the ledger of --out, and not among these sources",
+    )
 
 
 def test_an_older_version_is_told_and_not_done_again(

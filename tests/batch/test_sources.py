@@ -97,6 +97,17 @@ def test_two_recordings_for_one_output_are_refused(folder: Path) -> None:
     assert places("raw", "raw/a.mp4") == ["a.mp4"]
 
 
+def test_a_recording_of_two_sources_is_made_once(folder: Path) -> None:
+    assert places("raw", "raw/one", recursive=True) == ["a.mp4", "one/b.mp4", "one/c.avi"]
+    assert places("raw/one", "raw", recursive=True) == ["a.mp4", "b.mp4", "c.avi"]
+    (folder / "other.toml").touch()
+    (folder / "m.csv").write_text("files,calibration\nraw/a.mp4,other.toml\n")
+    with pytest.raises(
+        UsageError, match=r"two sources, with the calibrations .*cal\.toml and .*oth"
+    ):
+        places("raw", "m.csv")
+
+
 def test_outputs_are_no_inputs(folder: Path) -> None:
     with pytest.raises(UsageError, match="would be an output and is an input"):
         find_recordings(BatchSpec(("raw/a.mp4",), "raw", "cal.toml"))
