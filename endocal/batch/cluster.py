@@ -17,7 +17,7 @@ from typing import Any
 from .._version import __version__
 from ..errors import EndocalError, InputError, UsageError
 from ..files.names import shown
-from ..jobs.correct import Progress
+from ..jobs.correction import Progress
 from .executor import Ended, Event, Moved, Started
 from .remote import PassingError, perform_on_worker
 from .task import Outcome, Task

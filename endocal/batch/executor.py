@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..jobs.correct import Progress
+from ..jobs.correction import Progress
 from .task import Outcome, Task
 
 

@@ -14,7 +14,8 @@ from .._version import __version__
 from ..errors import InputError, UsageError
 from ..files import load
 from ..files.names import shown
-from ..jobs.correct import CorrectionSpec, holds_picture
+from ..jobs.correct import holds_picture
+from ..jobs.correction import CorrectionSpec
 from ..video.encoder import EncoderChoice
 from ..zoom.table import ZoomTable
 from .fingerprint import FileState, sha256

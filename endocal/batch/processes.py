@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 
-from ..jobs.correct import Progress
+from ..jobs.correction import Progress
 from .executor import Ended, Event, Moved, Started
 from .task import Outcome, Task, stuck
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .._version import __version__
 from ..errors import EndocalError
-from ..jobs.correct import Progress
+from ..jobs.correction import Progress
 from ..jobs.threads import limit_threads
 from .kernel_cache import use_own_kernel_cache
 from .lock import read_holder

@@ -14,13 +14,8 @@ from .._version import __version__
 from ..errors import EndocalError, OutputError
 from ..files.atomic import marked_temporaries
 from ..files.names import shown
-from ..jobs.correct import (
-    CorrectionReport,
-    CorrectionSpec,
-    Progress,
-    correct,
-    holds_picture,
-)
+from ..jobs.correct import correct, holds_picture
+from ..jobs.correction import CorrectionReport, CorrectionSpec, Progress
 from ..video.encoder import EncoderChoice
 from .fingerprint import FileState, combined, sha256
 from .ledger import Made

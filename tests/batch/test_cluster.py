@@ -18,7 +18,7 @@ from endocal.batch import cluster as cluster_module
 from endocal.batch.remote import WorkerError, perform_on_worker
 from endocal.batch.task import Task
 from endocal.errors import InputError, UsageError
-from endocal.jobs.correct import CorrectionSpec
+from endocal.jobs.correction import CorrectionSpec
 from tests.batch import tree
 from tests.batch.conftest import Tree
 

@@ -16,7 +16,7 @@ import pytest
 from endocal.batch.executor import Ended, Started
 from endocal.batch.processes import Processes
 from endocal.batch.task import Task, lens_digest
-from endocal.jobs.correct import CorrectionSpec
+from endocal.jobs.correction import CorrectionSpec
 from tests.jobs.lenses import calibration
 from tests.video.clips import Clip
 

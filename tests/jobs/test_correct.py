@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from endocal.errors import InputError, OutputError, UsageError
-from endocal.jobs.correct import CorrectionReport, CorrectionSpec, Progress, correct
+from endocal.jobs.correct import correct
+from endocal.jobs.correction import CorrectionReport, CorrectionSpec, Progress
 from endocal.model import DivisionModel
 from endocal.remap.engine import FrameRemapper
 from endocal.remap.geometry import output_geometry
