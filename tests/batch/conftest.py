@@ -1,4 +1,4 @@
-"""The tree of recordings and what an uninterrupted batch makes of it, each made once."""
+"""Fixtures of batches: a tree of recordings with what is made of it undisturbed, and a batch of two clips."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from endocal.batch import fingerprint
 from tests.batch import tree
+from tests.batch.local import Batch, make_batch
 
 
 @dataclass(frozen=True)
@@ -26,3 +28,10 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Tree:
     done = tree.run(source, folder / "whole", lens)
     assert done.returncode == 1, done.stderr
     return Tree(source, lens, folder / "whole")
+
+
+@pytest.fixture
+def batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Batch:
+    # The clips are as new as can be; here their times count as settled, save where a test says otherwise.
+    monkeypatch.setattr(fingerprint, "_SETTLED_S", -3600)
+    return make_batch(tmp_path, monkeypatch)

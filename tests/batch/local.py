@@ -14,7 +14,7 @@ from endocal.batch.executor import Ended, Event, Started
 from endocal.batch.plan import Plan
 from endocal.batch.recording import BatchSpec
 from endocal.batch.report import BatchReport
-from endocal.batch.run import run_batch
+from endocal.batch.run import preview_batch, run_batch
 from endocal.batch.task import Task, perform
 from tests.jobs.lenses import calibration
 from tests.video.clips import Clip
@@ -88,3 +88,8 @@ def make_batch(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Batch:
 
 
 Maker = Callable[[], Batch]
+
+
+def actions(batch: Batch, **options: Any) -> dict[str, tuple[str, str]]:
+    plan = preview_batch(batch.spec(**options))
+    return {s.recording.place: (s.action, s.reason) for s in plan.steps}

@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from endocal.batch import fingerprint
 from endocal.batch.plan import DO
-from endocal.batch.run import preview_batch
 from endocal.errors import UsageError
-from tests.batch.local import Batch, make_batch
+from tests.batch.local import Batch, actions
 from tests.jobs.lenses import zoom_table
 from tests.video.clips import Clip
 
 BOTH = {"a.mkv": None, "deep/b.mkv": None}
-
-
-@pytest.fixture
-def batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Batch:
-    # As in test_run: the clips are as new as can be.
-    monkeypatch.setattr(fingerprint, "_SETTLED_S", -3600)
-    return make_batch(tmp_path, monkeypatch)
-
-
-def actions(batch: Batch, **options: Any) -> dict[str, tuple[str, str]]:
-    plan = preview_batch(batch.spec(**options))
-    return {s.recording.place: (s.action, s.reason) for s in plan.steps}
 
 
 def test_zoom_tables_in_a_batch(batch: Batch) -> None:

@@ -17,23 +17,11 @@ from endocal.batch import task as task_module
 from endocal.batch.plan import CHECK, DO, KEEP, LEAVE, Plan
 from endocal.batch.run import preview_batch, run_batch
 from endocal.errors import InputError, OutputError, UsageError
-from tests.batch.local import Batch, Seen, make_batch
+from tests.batch.local import Batch, Seen, actions
 from tests.jobs.lenses import calibration
 from tests.video.clips import Clip
 
 BOTH = {"a.mkv": None, "deep/b.mkv": None}
-
-
-@pytest.fixture
-def batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Batch:
-    # The clips are as new as can be; here their times count as settled, save where a test says otherwise.
-    monkeypatch.setattr(fingerprint, "_SETTLED_S", -3600)
-    return make_batch(tmp_path, monkeypatch)
-
-
-def actions(batch: Batch, **options: Any) -> dict[str, tuple[str, str]]:
-    plan = preview_batch(batch.spec(**options))
-    return {s.recording.place: (s.action, s.reason) for s in plan.steps}
 
 
 def test_a_second_run_does_nothing(batch: Batch) -> None:
