@@ -54,9 +54,7 @@ class Evidence:
     board: bool  # whether a chessboard was seen
     bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
-    astray: float = (
-        0.0  # of the centre from the frame's middle, in standard deviations of the prior
-    )
+    astray: float = 0.0  # of the centre from the frame's middle, in the prior's standard deviations
 
 
 def judge(e: Evidence) -> Quality:
