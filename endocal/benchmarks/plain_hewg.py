@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calibration.hough import ANGLES, magnification
+from ..calibration.hough import magnification
 from ..calibration.straightness import LEAST_DENOMINATOR
+from ..calibration.votes import ANGLES
 
 Floats = NDArray[np.float64]
 

@@ -16,57 +16,25 @@ shrinks the picture gather the votes that noise has scattered, and lambda comes 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .settled import settled
 from .straightness import LEAST_DENOMINATOR, Floats
+from .tally import Tally, gains_of
+from .votes import Around, Cells, Room, Voters
 
-Single = NDArray[np.float32]
-
-# Cells of the vote map: half turns over ANGLES, and px (of a 720 x 540 frame: see ``Voters.of``).
-ANGLES = 180
-OFFSET_STEP = 2.0
-# A cell's number is its angle's times this, plus its offset's: a whole number that float32 still holds.
-OFFSETS = 32768
 # The magnification is that over so many of the points, drawn evenly.
 SAMPLES = 128
 # Votes that are counted at once: the arrays of a block stay in a processor's cache.
 BLOCK = 65_536
-
-
-@dataclass(frozen=True)
-class Voters:
-    """Edge points (n,) ready to vote: places, unit gradients with angles in [0, pi), the cell of r."""
-
-    x: Single
-    y: Single
-    gx: Single
-    gy: Single
-    angle: Single
-    reach: float
-    step: float
-
-    @classmethod
-    def of(cls, points: Floats, gradients: Floats, frame_height: float) -> Voters:
-        """Take points (n, 2) px and gradients (n, 2); the cell grows with the frame's height, px."""
-        sign = np.where(
-            (gradients[:, 1] < 0) | ((gradients[:, 1] == 0) & (gradients[:, 0] < 0)), -1, 1
-        )
-        g = gradients * (sign / np.maximum(np.linalg.norm(gradients, axis=1), 1e-12))[:, None]
-        middle = (points.max(axis=0) + points.min(axis=0)) / 2
-        return cls(
-            x=points[:, 0].astype(np.float32),
-            y=points[:, 1].astype(np.float32),
-            gx=g[:, 0].astype(np.float32),
-            gy=g[:, 1].astype(np.float32),
-            angle=np.arctan2(g[:, 1], g[:, 0]).astype(np.float32),
-            reach=float(np.linalg.norm(points - middle, axis=1).max()),
-            step=OFFSET_STEP * max(1.0, frame_height / 540),
-        )
-
-    def __len__(self) -> int:
-        return len(self.x)
+# What a block's models share is worked out for several blocks, up to so many numbers an array.
+SHARED = 24_576
+# Models are parted where they have more votes than this to count, and at least this share settled.
+MANY_VOTES = 1 << 20
+WORTH_PARTING = 0.1
 
 
 def hewg(voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> Floats:
@@ -75,102 +43,91 @@ def hewg(voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> Floats:
     ``lams`` px^-2; ``xs`` and ``ys`` the centre's coordinates, px. A point that a model cannot undistort
     votes for a cell of its own, so that entropies of different models compare.
     """
-    out = np.empty((len(lams), len(xs), len(ys)))
-    n = len(voters)
-    counts = np.arange(n + 1)
-    gains = counts * np.log(np.maximum(counts, 1)) / n
-    block = max(1, BLOCK // n)
-    for i, cx in enumerate(xs):
-        for j, cy in enumerate(ys):
-            around = _Around.of(voters, cx, cy)
-            for k in range(0, len(lams), block):
-                # What has no place past a fold may well be infinite.
-                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                    cells = around.cells(lams[k : k + block])
-                out[k : k + block, i, j] = _entropies(cells, gains)
-    return out
+    models = _Models.of(voters, lams, xs, ys)
+    room = Room(max(BLOCK, len(voters)))
+    out = np.empty(models.magnifications.shape)
+    _fill(out, voters, models, np.empty(0, np.int32), gains_of(len(voters)), room)
+    return out.transpose(2, 0, 1)
 
 
 def magnification(squares: NDArray[np.floating], lams: Floats) -> Floats:
-    """Return by how much models magnify lengths, (len(lams),), on (geometric) average over points.
+    """Return by how much models magnify lengths, (..., len(lams)), on (geometric) average over points.
 
-    ``squares`` (n,) are the points' squared distances from the centre, px^2; of them SAMPLES or so count. The
-    area around a point grows by (1 - lam r^2) / (1 + lam r^2)^3, the determinant of eq. 4's Jacobian.
+    ``squares`` (..., n) are the points' squared distances from the centre, px^2; of them SAMPLES or so
+    count. The area around a point grows by (1 - lam r^2) / (1 + lam r^2)^3, the determinant of eq. 4's
+    Jacobian.
     """
-    bent = np.multiply.outer(lams, squares[:: max(1, len(squares) // SAMPLES)].astype(np.float64))
-    apart = np.log(np.maximum(1 - bent, LEAST_DENOMINATOR))
-    return np.asarray(
-        np.exp((apart - 3 * np.log(np.maximum(1 + bent, LEAST_DENOMINATOR))).mean(axis=1) / 2)
-    )
+    some = squares[..., None, :: max(1, squares.shape[-1] // SAMPLES)]
+    bent = some.astype(np.float64) * lams[:, None]
+    shrunk = np.maximum(1 + bent, LEAST_DENOMINATOR)
+    np.subtract(1, bent, out=bent)
+    np.maximum(bent, LEAST_DENOMINATOR, out=bent)
+    bent /= shrunk * shrunk * shrunk
+    # The logarithm of a few points' product is as good as their logarithms, and much faster.
+    n = bent.shape[-1]
+    products = np.multiply.reduceat(bent, np.arange(0, n, 16), axis=-1)
+    return np.asarray(np.exp(np.log(products).sum(axis=-1) / (2 * n)))
 
 
 @dataclass(frozen=True)
-class _Around:
-    """What the models of one centre share, (n,) each: see the module's z; ``turn`` is phi_g in turns.
+class _Models:
+    """The models of a grid: each axis, and what they magnify by, (len(xs), len(ys), len(lams))."""
 
-    ``offset`` is D in cells, ``real`` and ``imaginary`` are the parts of z^2 and ``square`` is |z|^2, px^2.
-    """
-
-    offset: Single
-    real: Single
-    imaginary: Single
-    square: Single
-    turn: Single
+    xs: Floats
+    ys: Floats
+    lams: Floats
+    magnifications: Floats
 
     @classmethod
-    def of(cls, voters: Voters, cx: float, cy: float) -> _Around:
-        dx, dy = voters.x - np.float32(cx), voters.y - np.float32(cy)
-        d = dx * voters.gx + dy * voters.gy
-        c = dy * voters.gx - dx * voters.gy
-        return cls(
-            offset=np.abs(d) * np.float32(1 / voters.step),
-            real=d * d - c * c,
-            imaginary=d * c * np.float32(2),
-            square=d * d + c * c,
-            turn=voters.angle * np.float32(0.5 / np.pi)
-            + np.where(d < 0, np.float32(0.5), np.float32(0)),
-        )
+    def of(cls, voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> _Models:
+        some = voters.only(slice(None, None, max(1, len(voters) // SAMPLES)))
+        rows = (Around.of(some, np.full(len(ys), x), ys).square[:, 0] for x in xs)
+        return cls(xs, ys, lams, np.stack([magnification(row, lams) for row in rows]))
 
-    def cells(self, lams: Floats) -> Single:
-        """The number of the cell that each point votes for, (len(lams), n); NaN, no cell, past a fold."""
-        column = lams.astype(np.float32)[:, None]
-        # Before a fold the real part of 1 + lam z^2 is positive, and an arc tangent of the ratio will do.
-        real = self.real * column
-        real += np.float32(1)
-        ratio = self.imaginary * column
-        ratio /= real
-        r = ratio * ratio
-        r += np.float32(1)
-        np.sqrt(r, out=r)
-        r *= real
-        r *= magnification(self.square, lams).astype(np.float32)[:, None]
-        np.divide(self.offset, r, out=r)
-        phi = np.arctan(ratio, out=ratio)
-        phi *= np.float32(0.5 / np.pi)
-        phi += self.turn
-        phi -= np.floor(phi, out=real)
-        phi *= np.float32(2 * ANGLES)
-        cell = np.floor(phi, out=phi)
-        cell *= np.float32(OFFSETS)
-        cell += np.floor(r, out=r)
-        folding = np.float32(1 - LEAST_DENOMINATOR)
-        if np.abs(column).max() * self.square.max() >= folding:
-            cell[np.abs(column) * self.square >= folding] = np.nan
-        return cell
+    def part(self, at: tuple[slice, ...]) -> _Models:
+        """Those at some places of the grid, along x, y and lam."""
+        x, y, lam = at
+        return _Models(self.xs[x], self.ys[y], self.lams[lam], self.magnifications[at])
 
 
-def _entropies(cells: Single, gains: Floats) -> Floats:
-    """The entropy of each row of cells (m, n), which it sorts; ``gains`` (n + 1,) is c ln c / n by c votes.
+def _fill(
+    out: Floats, voters: Voters, models: _Models, before: Cells, gains: Floats, room: Room
+) -> None:
+    """Set ``out``, (len(xs), len(ys), len(lams)), given the votes in cells ``before`` of settled others."""
+    sure, cells = settled(voters, models.lams, models.xs, models.ys, models.magnifications)
+    before = np.concatenate([before, cells])
+    share = len(cells) / len(voters)
+    voters = voters.only(np.flatnonzero(~sure))
+    if len(voters) * out.size > MANY_VOTES and share >= WORTH_PARTING:
+        halves = [(slice(n // 2), slice(n // 2, n)) if n > 1 else (slice(n),) for n in out.shape]
+        for at in product(*halves):
+            _fill(out[at], voters, models.part(at), before, gains, room)
+    elif len(voters):
+        _count(out, voters, models, Tally(gains, before), room)
+    else:
+        out[...] = Tally(gains, before).entropy
 
-    Sorting brings the votes for one cell together; it is faster than counting in a map that is mostly
-    empty. NaN differs from NaN, so that the points without a cell stay apart.
-    """
-    m, n = cells.shape
-    cells.sort(axis=1)
-    first = np.ones((m, n), bool)
-    np.not_equal(cells[:, 1:], cells[:, :-1], out=first[:, 1:])
-    starts = np.flatnonzero(first)
-    votes = np.diff(starts, append=m * n)
-    rows = np.searchsorted(starts, np.arange(m) * n)
-    entropies: Floats = np.log(n) - np.add.reduceat(gains.take(votes), rows)
-    return entropies
+
+def _count(out: Floats, voters: Voters, models: _Models, tally: Tally, room: Room) -> None:
+    """Set ``out``, as ``_fill`` does, by the votes of ``voters`` and those that are in the tally."""
+    n = len(voters)
+    xs, ys = np.repeat(models.xs, len(models.ys)), np.tile(models.ys, len(models.xs))
+    magnifications = models.magnifications.reshape(len(xs), -1)
+    entropies = np.empty(magnifications.shape)
+    # As many values of lambda to a block as go into it, or all and as many centres.
+    most = max(1, BLOCK // n)
+    lams = -(-len(models.lams) // -(-len(models.lams) // most))
+    centers = max(1, most // len(models.lams))
+    together = max(1, SHARED // n // centers) * centers
+    # What has no place past a fold may well be infinite.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for i in range(0, len(xs), together):
+            around = Around.of(voters, xs[i : i + together], ys[i : i + together])
+            starts = range(0, len(around.offset), centers), range(0, len(models.lams), lams)
+            for j, k in product(*starts):
+                part = around.some(slice(j, j + centers))
+                at = slice(i + j, i + j + len(part.offset)), slice(k, k + lams)
+                cells = part.cells(models.lams[at[1]], magnifications[at], room)
+                found = tally.entropies(cells.reshape(-1, cells.shape[-1]), room)
+                entropies[at] = found.reshape(cells.shape[:2])
+    out[...] = entropies.reshape(out.shape)

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from endocal.benchmarks import plain_hewg
-from endocal.calibration.hough import ANGLES, Voters, hewg, magnification
+from endocal.calibration.hough import hewg, magnification
+from endocal.calibration.votes import ANGLES, Voters
 from endocal.model import DivisionModel
 
 SIZE = (720, 540)
@@ -103,13 +104,34 @@ def test_points_past_the_fold_vote_alone(sign: int) -> None:
     assert folded.item() == pytest.approx(np.log(100))
 
 
-def test_the_blocks_of_a_grid_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("rows", [0, 1, 3, 16])
+def test_the_blocks_of_a_grid_do_not_show(monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
     points, gradients, _ = edges_on_lines(TRUTH)
     voters = Voters.of(points, gradients, SIZE[1])
-    grid = (np.linspace(-4e-6, -1e-7, 7), np.array([350.0, 366.0]), np.array([262.0]))
+    grid = (np.linspace(-4e-6, -1e-7, 7), np.array([350.0, 366.0, 367.0]), np.array([262.0]))
     whole = hewg(voters, *grid)
-    monkeypatch.setattr("endocal.calibration.hough.BLOCK", 3 * len(points))
+    monkeypatch.setattr("endocal.calibration.hough.BLOCK", rows * len(points))
+    monkeypatch.setattr("endocal.calibration.hough.SHARED", 2 * len(points))
     assert np.array_equal(hewg(voters, *grid), whole)
+
+
+@pytest.mark.parametrize("width", [1.0, 0.05, 0.01, 1e-4, 0.0])
+def test_a_grid_has_the_entropies_of_its_models_each_by_itself(
+    monkeypatch: pytest.MonkeyPatch, width: float
+) -> None:
+    # The narrower, the more votes are counted once for all; parted wherever that can be.
+    monkeypatch.setattr("endocal.calibration.hough.MANY_VOTES", 5000)
+    points, gradients, _ = edges_on_lines(TRUTH)
+    turned = np.random.default_rng(0).normal(0, 0.02, (len(points), 1))
+    gradients = gradients + turned * gradients[:, ::-1] * (1, -1)
+    voters = Voters.of(points, gradients, SIZE[1])
+    lams = -3e-6 + width * np.linspace(-2.9e-6, 2e-6, 5)
+    xs, ys = (c + width * np.linspace(-36, 27, 4) for c in TRUTH.center)
+    alone = [
+        hewg(voters, lams[i : i + 1], xs[j : j + 1], ys[k : k + 1]).item()
+        for i, j, k in np.ndindex(5, 4, 4)
+    ]
+    assert np.array_equal(hewg(voters, lams, xs, ys).ravel(), alone)
 
 
 def test_a_cell_has_the_articles_size() -> None:
