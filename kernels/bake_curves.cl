@@ -32,10 +32,6 @@ static inline void cubic_bounds(
     *high = fmax(fmax(first, last), even + fabs(odd));
 }
 
-// What places along x are shifted by, source samples: half a sample where their whole part is to be the
-// nearest sample, half of 1/256 where 8 bits of their fraction will be used.
-#define SHIFT_X (INTERPOLATION == BILINEAR && WORD_BYTES == 1 ? 0.5f / 256.0f : ROUNDING)
-
 kernel void bake_curves(
     constant struct mapping *map,            // the plane's
     global struct curve *restrict curves,    // out: curves_in_row for each output row
@@ -61,8 +57,8 @@ kernel void bake_curves(
         cubic_bounds(y, &low_y, &high_y);
         // A little more than rounding may move a place.
         const float margin = 1.0f / 1024.0f;
-        const whole base_x = floor_whole(low_x + SHIFT_X - margin);
-        const whole last_x = floor_whole(high_x + SHIFT_X + margin);
+        const whole base_x = floor_whole(low_x + ROUNDING - margin);
+        const whole last_x = floor_whole(high_x + ROUNDING + margin);
         const whole base_y = floor_whole(low_y + ROUNDING - margin);
         const whole last_y = floor_whole(high_y + ROUNDING + margin);
         const whole left = start + base_x + FIRST_TAP, upper = row + base_y + FIRST_TAP;
@@ -71,16 +67,17 @@ kernel void bake_curves(
             & (start + last_x + FIRST_TAP + TAPS + OVERRUN <= map->source_width)
             & (row + last_y + FIRST_TAP + TAPS <= map->source_height)
             & (last_x - base_x < 1000) & (last_y - base_y < 1000);
-        x[0] += SHIFT_X - TO(float, base_x);
+        x[0] += ROUNDING - TO(float, base_x);
         y[0] += ROUNDING - TO(float, base_y);
 
         union { real lanes[8]; float each[8][LANES]; } powers;
-        union { whole lanes[3]; int each[3][LANES]; } facts;
+        union { whole lanes[5]; int each[5][LANES]; } facts;
         for (int k = 0; k < 4; ++k) {
             powers.lanes[k] = x[k] * (float)ONE;
             powers.lanes[4 + k] = y[k] * (float)ONE;
         }
         facts.lanes[0] = left, facts.lanes[1] = upper, facts.lanes[2] = inside;
+        facts.lanes[3] = left + (last_x - base_x), facts.lanes[4] = upper + (last_y - base_y);
         for (int k = 0; k < min(LANES, curves_in_row - n); ++k) {
             global struct curve *out = curves + row * curves_in_row + n + k;
             for (int p = 0; p < 4; ++p) {
@@ -90,6 +87,8 @@ kernel void bake_curves(
             out->base_x = facts.each[0][k];
             out->base_y = facts.each[1][k];
             out->kind = facts.each[2][k] ? CURVE_INSIDE : CURVE_EXACT;
+            out->last_x = facts.each[3][k];
+            out->last_y = facts.each[4][k];
         }
     }
 }

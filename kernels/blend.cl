@@ -17,7 +17,7 @@ static inline MANY(WORD) blend(
     int v)                               // vector of the strip
 {
     const int left = component, right = COMPONENTS + component;
-    const MANY(ushort) fx = TO(ushort, x >> 4), gx = (ushort)256 - fx;
+    const MANY(ushort) fx = TO(ushort, (x + 8) >> 4), gx = (ushort)256 - fx;
     const MANY(ushort) fy = TO(ushort, y << 4), gy = (ushort)65535 - fy;
     const MANY(ushort) top =
         VALUES(ushort, runs[0], left, v) * gx + VALUES(ushort, runs[0], right, v) * fx;

@@ -10,6 +10,7 @@ struct curve {
     float x[4], y[4];            // place from the base, 1 / ONE source sample: factors of u^0 ... u^3,
                                  // u running from -1 (first sample) to 1 (last sample)
     int base_x, base_y;          // first tap of the least place, source samples
+    int last_x, last_y;          // first tap of the greatest place, source samples
     int kind;                    // CURVE_INSIDE or CURVE_EXACT
 };
 

@@ -34,6 +34,14 @@ kernel void remap_curves(
             remap_exact(map, source, source_pitch, target, column, row, count);
             continue;
         }
+#ifdef LOOKS_UP
+        struct window window;
+        if (strip_window(map, here, in_strip, &window)) {
+            global const WORD *from = source + (long)window.upper * source_pitch + window.left;
+            look_up_strip(from, source_pitch, &window, here, length_log2, along, target, count);
+            continue;
+        }
+#endif
         strip_of_int offset, x, y;
         int v = 0;
         for (global const struct curve *curve = here; curve < here + in_strip; ++curve) {

@@ -124,7 +124,12 @@ def _answers(wanted: str, entry: ListedDevice) -> bool:
 
 
 class DeviceSession:
-    """A device with its context and the programs built for it, shared by every engine on it."""
+    """A device with its context and the programs built for it, shared by every engine on it.
+
+    ``looks_up`` lets kernels look taps up in registers where the processor can: kernels/look_up.cl.
+    """
+
+    looks_up = True
 
     def __init__(self, listed: ListedDevice) -> None:
         self.device = listed.device

@@ -19,7 +19,7 @@ STRIP = 64
 # The most that a curve may be off, source samples: it moves a value of white noise by less than half a
 # level of 8 bits, and where a curve is off by more the kernel works without it.
 _CURVE_ERROR = 1 / 2048
-_CURVE_BYTES = 44  # of struct curve in kernels/curves.cl
+_CURVE_BYTES = 52  # of struct curve in kernels/curves.cl
 # From the root of the one-parameter model, this many Newton steps reach single precision.
 _NEWTON_STEPS = 6
 # Work-groups of the GPU kernel, samples: a row's neighbours together, so that their loads share lines.
@@ -30,7 +30,15 @@ _MAPPING, _CURVES_FROM = 4, 5
 
 _COMMON = ("lanes.cl", "division.cl", "interpolate.cl", "mapping.cl", "anywhere.cl")
 _DIRECT = (*_COMMON, "remap_direct.cl")
-_CURVES = (*_COMMON, "strips.cl", "curves.cl", "bake_curves.cl", "blend.cl", "remap_curves.cl")
+_CURVES = (
+    *_COMMON,
+    "strips.cl",
+    "curves.cl",
+    "bake_curves.cl",
+    "blend.cl",
+    "look_up.cl",
+    "remap_curves.cl",
+)
 
 
 class OpenCLPlane:
@@ -130,6 +138,7 @@ class OpenCLPlane:
             "NEWTON_STEPS": _NEWTON_STEPS,
             "LANES": 1 if self._direct else self._session.lanes,
             "STRIP": STRIP,
+            "LOOK_UP": int(self._session.looks_up),
             "CURVE_ERROR": f"{_CURVE_ERROR}f",
         }
         return tuple(f"-D{name}={value}" for name, value in values.items())

@@ -17,6 +17,11 @@ from pathlib import Path
 
 # LLVM's name -> the flags of /proc/cpuinfo that it stands for; the same steps as PoCL's own libraries.
 _FAMILIES = {
+    "icelake-server": {
+        *("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "avx512vbmi", "avx512_vbmi2"),
+        *("avx512ifma", "avx512_vnni", "avx512_bitalg", "avx512_vpopcntdq"),
+        *("gfni", "vaes", "vpclmulqdq", "sha_ni", "rdpid"),
+    },
     "skylake-avx512": {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
     "haswell": {"avx2", "fma", "bmi1", "bmi2", "f16c", "movbe"},
     "x86-64": set(),

@@ -55,6 +55,7 @@ def _geometry(case: Case) -> OutputGeometry:
 
 WIDE = (150, 37)  # two strips and a part; odd height
 ODD = (67, 41)
+LARGE = (301, 181)  # wider than what registers hold of a row
 # lam R^2 is about -0.5 for barrels with R = 77 px, half of WIDE's diagonal.
 CASES = {
     "barrel": Case(DivisionModel(-8e-5, (70.3, 19.6), WIDE)),
@@ -72,6 +73,9 @@ CASES = {
     "wide pixels": Case(DivisionModel(-2.5e-4, (33.0, 19.0), ODD, 1.42), square_pixels=True),
     "no distortion": Case(DivisionModel(0.0, (11.3, 80.0), ODD)),
     "no distortion, shifted": Case(DivisionModel(0.0, (11.3, 30.0), ODD), size=(100, 41)),
+    "large barrel": Case(DivisionModel(-3.2e-5, (140.2, 101.3), LARGE)),
+    "large, steep": Case(DivisionModel(-1.6e-4, (150.6, 60.3), LARGE, lam2=3e-9), scale=0.7),
+    "large, no distortion": Case(DivisionModel(0.0, (140.0, 90.0), LARGE)),
     "one column": Case(DivisionModel(-1e-2, (0.3, 3.1), (1, 9))),
     "one row": Case(DivisionModel(-1e-2, (4.2, 0.0), (9, 1))),
     "one pixel": Case(DivisionModel(-1e-2, (0.2, 0.1), (1, 1))),

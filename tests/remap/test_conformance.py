@@ -86,3 +86,11 @@ def test_vectors_of_either_length_match_the_reference(monkeypatch, lanes, interp
     for pix_fmt in ("yuv420p", "yuv420p10le", "nv12"):
         for case in ("barrel", "pincushion", "two parameters"):
             check("opencl baked", pix_fmt, case, interpolation)
+
+
+@pytest.mark.parametrize("looks_up", [True, False])
+def test_taps_loaded_or_looked_up_in_registers_match_the_reference(monkeypatch, looks_up):
+    # A processor that can look them up would hide a fault of the other way, which most take.
+    monkeypatch.setattr(DeviceSession, "looks_up", looks_up)
+    for case in CASES:
+        check("opencl baked", "yuv420p", case, "bilinear")
