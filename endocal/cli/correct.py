@@ -76,7 +76,6 @@ def command(
     from ..jobs.correct import correct
     from ..jobs.correction import CorrectionSpec
     from ..jobs.pipe import PIPE
-    from ..jobs.threads import limit_threads
 
     if json and str(output) == PIPE:
         raise UsageError("--json and -o - both write to stdout: name an output file")
@@ -94,7 +93,6 @@ def command(
         threads=threads,
         **fields,
     )
-    limit_threads(threads)
     if preview is not None:
         if page is not None:
             raise UsageError("--preview excludes --report")

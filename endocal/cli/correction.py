@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import UsageError
+from ..jobs.threads import limit_threads
 from .options import VIEWS, Device, choices, parse_size
 
 
@@ -164,7 +165,7 @@ def correction(
 def takes_correction(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the options of ``correction`` in the place of its parameter ``fields``.
 
-    The command gets there what ``correction`` makes of them.
+    The command gets there what ``correction`` makes of them. Libraries are told its ``threads``.
     """
     options = inspect.signature(correction, eval_str=True).parameters
     parameters: list[inspect.Parameter] = []
@@ -173,6 +174,7 @@ def takes_correction(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def with_options(**values: Any) -> None:
+        limit_threads(values.get("threads") or 0)
         fields = correction(**{name: values.pop(name) for name in options})
         command(fields=fields, **values)
 

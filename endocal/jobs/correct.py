@@ -8,7 +8,6 @@ from ..errors import InputError, UsageError
 from ..files import load
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..zoom.table import ZoomTable
-from .correct_picture import correct_picture
 from .correct_video import correct_video
 from .correction import CorrectionReport, CorrectionSpec, Progress, input_name
 from .pipe import PipeInput, open_input
@@ -33,6 +32,9 @@ def correct(
     if isinstance(source, PipeInput) and not source.peek(1):
         raise InputError(f"{input_name(spec)}: is empty")
     if holds_picture(source):
+        # OpenCV, which pictures are read and written with, takes a while to import.
+        from .correct_picture import correct_picture
+
         return correct_picture(spec, lens, source)
     lenses = [lens] if spec.stereo is None else [lens, right or lens]
     return correct_video(spec, lenses, source, progress)

@@ -77,6 +77,11 @@ def _teeth(even: np.ndarray, odd: np.ndarray, threshold: int) -> float:
     return float(np.maximum(height - threshold, 0).sum())
 
 
+def time_base(info: StreamInfo, fields: bool) -> Fraction:
+    """Return the time base of deinterlaced frames, fine enough for a time between two frames."""
+    return info.time_base / 2 if fields else info.time_base
+
+
 class Deinterlacer:
     """Turns woven frames into whole ones with bwdif.
 
@@ -110,8 +115,8 @@ class Deinterlacer:
 
     @property
     def time_base(self) -> Fraction:
-        """The time base of the frames that come out, fine enough for a time between two frames."""
-        return self._info.time_base / 2 if self._fields else self._info.time_base
+        """The time base of the frames that come out."""
+        return time_base(self._info, self._fields)
 
     def apply(self, items: Iterable[Item]) -> Iterator[Item]:
         """Yield the items with their frames made whole; packets pass as they are.

@@ -162,11 +162,13 @@ class VideoReader:
             self._primed.clear()
 
     def samples(self, places: int = 3, frames: int = 6) -> Iterator[list[av.VideoFrame]]:
-        """Yield runs of consecutive frames, from the start and, of a file, from places further on.
+        """Yield runs of consecutive frames, from the start and, of a file, from key frames further on.
 
-        Not all need be taken; ``items`` still yields every frame.
+        Once the first run is taken, the others may be in another thread. Not all need be taken; ``items``
+        still yields every frame.
         """
-        yield self._look_ahead(frames)
+        run = self._look_ahead(frames)
+        yield run
         if not isinstance(self._source, str) or self._live:
             return
         with open_input(self._source, self.name, self._allow_protocols) as container:
@@ -178,8 +180,15 @@ class VideoReader:
                 start = (self.info.start or 0) + (self.info.duration or 0) * place / places
                 with contextlib.suppress(av.error.FFmpegError):
                     container.seek(round(start * av.time_base))
-                    run = itertools.islice(container.decode(stream), frames)
-                    yield [f for f in run if _shape(f) == self._native]
+                    packets = container.demux(stream)
+                    first = next(packets, None)
+                    if first is None or _is_shown_by(first, run):
+                        continue  # no key frame since the last run
+                    decoded = (f for p in itertools.chain([first], packets) for f in p.decode())
+                    run = [
+                        f for f in itertools.islice(decoded, frames) if _shape(f) == self._native
+                    ]
+                    yield run
 
     def from_start(self) -> Iterator[av.VideoFrame] | None:
         """Return the frames from the start once more, decoded anew beside ``items``; None for a pipe."""
@@ -361,6 +370,12 @@ class VideoReader:
         return round(
             (self.decoded - 1) / rate / (self._stream.time_base or Fraction(1, av.time_base))
         )
+
+
+def _is_shown_by(packet: av.Packet, run: Sequence[av.VideoFrame]) -> bool:
+    """Tell whether a run of frames goes beyond the time of a packet's frame."""
+    last = run[-1].pts if run else None
+    return packet.pts is not None and last is not None and packet.pts <= last
 
 
 def is_frame(item: Item) -> TypeGuard[av.VideoFrame]:

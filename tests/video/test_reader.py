@@ -255,4 +255,14 @@ def test_samples_leave_every_frame_to_be_read(tmp_path: Path) -> None:
         with VideoReader(source, name="a") as reader:
             runs = list(reader.samples(places=3, frames=4))
             assert all(len(run) >= 4 for run in runs)
+            assert len(runs) == (3 if isinstance(source, str) else 1)
             assert len(frames_of(reader)) == 40
+
+
+def test_samples_do_not_repeat_what_follows_one_key_frame(tmp_path: Path) -> None:
+    path = Clip(frames=40, codec="libx264", options={"g": "25"}).make(tmp_path / "a.mp4")
+    with VideoReader(str(path), name="a") as reader:
+        runs = [[frame.pts for frame in run] for run in reader.samples(places=4, frames=4)]
+        assert [len(run) for run in runs] == [4, 4]
+        assert runs[1][0] > runs[0][-1]
+        assert len(frames_of(reader)) == 40
