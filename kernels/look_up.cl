@@ -54,19 +54,16 @@ static inline words lower_halves(int16 first, int16 second)
     return __builtin_shufflevector(AS(words, first), AS(words, second), EVERY_OTHER_32(0));
 }
 
-static void look_up_strip(
-    global const WORD *from,             // the window's first sample
-    int source_pitch,                    // words from row to row of the source
+// Places of a strip's samples in its window: 1/256 sample along x, 1/2048 along y, in the lower halves.
+static inline __attribute__((always_inline)) void strip_places(
     const struct window *window,         // of the strip
     global const struct curve *curves,   // of the strip
     int length_log2,                     // of the output samples in a curve
     const real *along,                   // where on its curve each sample is, -1 to 1
-    global WORD *target,                 // the strip in the output plane
-    int count)                           // output samples
+    int16 *place_x,                      // out: four
+    int16 *place_y)                      // out: four
 {
-    // Places in the window, whole numbers of 16 bits: 1/256 sample along x, 1/2048 along y. Adding 1.5 * 2^27
-    // or 2^24 leaves no bits for what is smaller, and none of its own in the lower half.
-    int16 place_x[4], place_y[4];
+    // Adding 1.5 * 2^27 or 2^24 leaves no bits for what is smaller, and none of its own in the lower half.
     #pragma unroll
     for (int v = 0; v < 4; ++v) {
         global const struct curve *curve = curves + (v * LANES >> length_log2);
@@ -78,6 +75,23 @@ static void look_up_strip(
         place_x[v] = as_int16(x + 0x1.8p27f);
         place_y[v] = as_int16(y + 0x1.8p24f);
     }
+}
+
+static void look_up_strip(
+    global const WORD *from,             // the window's first sample
+    int source_pitch,                    // words from row to row of the source
+    const struct window *window,         // of the strip
+    global const struct curve *curves,   // of the strip
+    int length_log2,                     // of the output samples in a curve
+    const real *along,                   // where on its curve each sample is, -1 to 1
+    global WORD *target,                 // the strip in the output plane
+    int count)                           // output samples
+{
+    int16 place_x[4], place_y[4];
+    if (STRIP >> length_log2 == 1)       // most often, and quicker
+        strip_places(window, curves, 6, along, place_x, place_y);
+    else
+        strip_places(window, curves, length_log2, along, place_x, place_y);
     bytes index[2], weight[2];           // of the left and the right tap of each sample, side by side
     shares row[2], fraction[2];
     const numbers left_right = AS(numbers, (shares)0x0100);

@@ -120,6 +120,8 @@ class _Pinned:
 def _flat(plane: np.ndarray) -> np.ndarray:
     """View a plane, with what lies between its rows, as one run of words."""
     rows, columns = plane.shape
+    if plane.flags.c_contiguous:
+        return plane.reshape(-1)
     return np.lib.stride_tricks.as_strided(
         plane, ((rows - 1) * _pitch(plane) + columns,), (plane.itemsize,)
     )

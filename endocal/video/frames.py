@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import av
@@ -26,18 +27,26 @@ def plane_views(frame: av.VideoFrame) -> list[np.ndarray]:
 
     The arrays stay valid as long as they live; writing into them writes into the frame.
     """
-    fmt = frame.format
     views = []
-    for i, plane in enumerate(frame.planes):
-        parts = [c for c in fmt.components if c.plane == i]
-        dtype = np.dtype(np.uint16 if parts[0].bits > 8 else np.uint8)
-        components = _PADDED.get(fmt.name, len(parts))
+    for plane, (dtype, components) in zip(frame.planes, _words(frame.format.name), strict=True):
         memory: Any = plane
         rows = np.frombuffer(memory, dtype).reshape(plane.height, -1)
         if plane.line_size < 0:
             rows = rows[::-1]
         views.append(rows[:, : plane.width * components])
     return views
+
+
+@cache
+def _words(pix_fmt: str) -> tuple[tuple[np.dtype, int], ...]:
+    """Return each plane's words and how many of them stand side by side for a sample."""
+    fmt = av.VideoFormat(pix_fmt)
+    planes = []
+    for plane in range(max(c.plane for c in fmt.components) + 1):
+        parts = [c for c in fmt.components if c.plane == plane]
+        dtype = np.dtype(np.uint16 if parts[0].bits > 8 else np.uint8)
+        planes.append((dtype, _PADDED.get(pix_fmt, len(parts))))
+    return tuple(planes)
 
 
 def luma_view(frame: av.VideoFrame) -> np.ndarray:

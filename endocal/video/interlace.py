@@ -52,8 +52,9 @@ def field_order(runs: Iterable[Sequence[np.ndarray]], bits: int = 8) -> str | No
     samples = 0
     threshold = _TOOTH << (bits - 8)
     enough = _MIN_MOTION * (1 << (bits - 8))
+    signed = np.int16 if bits < 15 else np.int32  # holds the difference of two teeth
     for run in runs:
-        thinned = [luma[:, ::_COLUMN_STEP].astype(np.int32) for luma in run]
+        thinned = [luma[:, ::_COLUMN_STEP].astype(signed) for luma in run]
         for now, then in pairwise(thinned):
             own += _teeth(now[0::2], now[1::2], threshold)
             upper += _teeth(then[0::2], now[1::2], threshold)
@@ -71,10 +72,13 @@ def field_order(runs: Iterable[Sequence[np.ndarray]], bits: int = 8) -> str | No
 def _teeth(even: np.ndarray, odd: np.ndarray, threshold: int) -> float:
     """Sum the heights, above ``threshold``, by which odd rows stick out from the even rows on both sides."""
     rows = min(len(even) - 1, len(odd))
-    above, row, below = even[:rows], odd[:rows], even[1 : rows + 1]
-    up, down = row - above, row - below
-    height = np.where((up > 0) == (down > 0), np.minimum(np.abs(up), np.abs(down)), 0)
-    return float(np.maximum(height - threshold, 0).sum())
+    row = odd[:rows]
+    up, down = row - even[:rows], row - even[1 : rows + 1]
+    # A tooth that points up is as high as the lower of its sides; one that points down goes by its negatives.
+    upward = np.maximum(np.minimum(up, down), threshold)
+    downward = np.minimum(np.maximum(up, down), -threshold)
+    height = np.subtract(upward, downward, out=upward)
+    return float(height.sum(dtype=np.int64)) - 2.0 * threshold * height.size
 
 
 def time_base(info: StreamInfo, fields: bool) -> Fraction:
