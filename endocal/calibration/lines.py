@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -60,6 +61,16 @@ def group(edges: EdgePoints, params: Floats, spec: LineSpec) -> Grouping:
     angle = np.arctan2(normals[:, 1], normals[:, 0]) % np.pi
     offset = at.u[:, 0] * np.cos(angle) + at.u[:, 1] * np.sin(angle)
     votes = _Votes(angle[pool], offset[pool], pool, len(edges), spec)
+    sights = np.stack(
+        [
+            *at.u.T,
+            *at.d.T,
+            1 / at.denominator,
+            2 * at.slope / at.denominator**2,
+            *normals.T,
+            at.denominator**2,
+        ]
+    )
     count = failures = 0
     free = np.zeros(len(edges), bool)
     free[pool] = True
@@ -67,7 +78,7 @@ def group(edges: EdgePoints, params: Floats, spec: LineSpec) -> Grouping:
         peak = votes.strongest()
         if peak is None:
             break
-        members = _members(edges, at, normals, votes.candidates(peak, free), peak, spec)
+        members = _members(edges, sights, votes.candidates(peak, free), peak, spec)
         if members is None:
             failures += 1
             votes.strike(peak)
@@ -101,12 +112,15 @@ class _Votes:
         row = np.minimum((angle * (ANGLE_BINS / np.pi)).astype(np.intp), ANGLE_BINS - 1)
         column = np.floor((offset + reach) / self.step).astype(np.intp)
         fits = (column >= 0) & (column < self.columns)
-        self.row = np.full(total, -10, np.intp)
-        self.column = np.full(total, -10, np.intp)
+        self.row = np.full(total, -10, np.int32)
+        self.column = np.full(total, -10, np.int32)
         self.row[pool[fits]], self.column[pool[fits]] = row[fits], column[fits]
-        self.map = np.zeros((ANGLE_BINS, self.columns), np.float32)
-        self._add(pool[fits], 1.0)
-        self._smooth()
+        # Above the first row lies the last one, turned round, and the first below the last.
+        self.wrapped = np.zeros((ANGLE_BINS + 2, self.columns), np.float32)
+        self.map = self.wrapped[1:-1]
+        self.smooth = np.empty_like(self.map)
+        np.add.at(self.map, (row[fits], column[fits]), np.float32(1))
+        self._smooth(0, ANGLE_BINS)
 
     def strongest(self) -> _Peak | None:
         index = int(self.smooth.argmax())
@@ -124,72 +138,73 @@ class _Votes:
         """Points that voted within two cells of a peak; a line through the wrap turns its offset round."""
         turn = np.abs(self.row - peak.row)
         near = (turn <= 2) & (np.abs(self.column - peak.column) <= 3)
-        mirrored = self.columns - 1 - peak.column
-        near |= (turn >= ANGLE_BINS - 2) & (np.abs(self.column - mirrored) <= 3)
-        return np.nonzero(near & free)[0]
+        if not 2 <= peak.row < ANGLE_BINS - 2:
+            mirrored = self.columns - 1 - peak.column
+            near |= (turn >= ANGLE_BINS - 2) & (np.abs(self.column - mirrored) <= 3)
+        return np.flatnonzero(near & free)
 
     def strike(self, peak: _Peak) -> None:
         rows = slice(max(0, peak.row - 1), peak.row + 2)
         columns = slice(max(0, peak.column - 1), peak.column + 2)
         self.map[rows, columns] = 0
-        self._smooth()
+        self._smooth(peak.row - 1, peak.row + 2)
 
     def remove(self, members: Labels) -> None:
-        self._add(members[self.row[members] >= 0], -1.0)
-        np.maximum(self.map, 0, out=self.map)
-        self._smooth()
+        members = members[self.row[members] >= 0]
+        if len(members):
+            rows, columns = self.row[members], self.column[members]
+            np.subtract.at(self.map, (rows, columns), np.float32(1))
+            self.map[rows, columns] = np.maximum(self.map[rows, columns], 0)
+            self._smooth(int(rows.min()), int(rows.max()) + 1)
 
-    def _add(self, points: Labels, amount: float) -> None:
-        cells = self.row[points] * self.columns + self.column[points]
-        added = np.bincount(cells, minlength=self.map.size).reshape(self.map.shape)
-        self.map += np.float32(amount) * added.astype(np.float32)
-
-    def _smooth(self) -> None:
-        """Sum 3x3 neighbours; above the first row lies the last one, turned round."""
-        wrapped = np.vstack([self.map[-1:, ::-1], self.map, self.map[:1, ::-1]])
-        self.smooth = cv2.boxFilter(
-            wrapped, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT
+    def _smooth(self, first: int, last: int) -> None:
+        """Sum 3x3 neighbours anew where the rows from ``first`` up to ``last`` have changed."""
+        if first <= 0 or last >= ANGLE_BINS:
+            first, last = 1, ANGLE_BINS - 1
+            self.wrapped[0], self.wrapped[-1] = self.map[-1, ::-1], self.map[0, ::-1]
+        # Row i of the map is row i + 1 of the wrapped one.
+        rows = self.wrapped[first - 1 : last + 3]
+        self.smooth[first - 1 : last + 1] = cv2.boxFilter(
+            rows, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT
         )[1:-1]
 
 
 def _members(
-    edges: EdgePoints,
-    at: Undistorted,
-    normals: Floats,
-    near: Labels,
-    peak: _Peak,
-    spec: LineSpec,
+    edges: EdgePoints, sights: Floats, near: Labels, peak: _Peak, spec: LineSpec
 ) -> Labels | None:
-    """The candidates on the line through a peak, fitted in three rounds; None where it is no line."""
+    """The candidates on the line through a peak, fitted in three rounds; None where it is no line.
+
+    ``sights`` (9, n) are the points' undistorted and distorted offsets from the centre, the inverse of the
+    model's denominator, its slope by what the Jacobian has it, undistorted gradients, and the denominator
+    squared.
+    """
     if len(near) < spec.points:
         return None
-    normal = np.array([np.cos(peak.angle), np.sin(peak.angle)])
+    ux, uy, dx, dy, inverse, slope, gx, gy, weights = sights.take(near, axis=1)
+    nx, ny = np.cos(peak.angle), np.sin(peak.angle)
     offset = peak.offset
-    u, d = at.u[near], at.d[near]
-    denominator, slope = at.denominator[near], at.slope[near]
-    gradient = normals[near]
     members = near
     for reach, turn in ((4.0, 2.0), (2.0, 1.5), (1.0, 1.0), (1.0, 1.0)):
-        along = d @ normal
-        pull = 2 * slope * along / denominator**2
-        scale = np.hypot(*(normal / denominator[:, None] - pull[:, None] * d).T)
-        inside = np.abs(u @ normal - offset) < reach * spec.distance * scale
-        inside &= np.abs(gradient @ normal) > np.cos(min(turn * spec.angle, 0.5))
-        if np.count_nonzero(inside) < spec.points:
-            return None
+        pull = slope * (dx * nx + dy * ny)
+        scale = (nx * inverse - pull * dx) ** 2 + (ny * inverse - pull * dy) ** 2
+        inside = (ux * nx + uy * ny - offset) ** 2 < (reach * spec.distance) ** 2 * scale
+        inside &= np.abs(gx * nx + gy * ny) > np.cos(min(turn * spec.angle, 0.5))
         members = near[inside]
-        normal, offset = _fit(u[inside], denominator[inside] ** 2)
-    tangent = np.array([normal[1], -normal[0]])
-    if np.ptp(edges.points[members] @ tangent) < spec.span:
+        if len(members) < spec.points:
+            return None
+        nx, ny, offset = _fit(ux[inside], uy[inside], weights[inside])
+    x, y = edges.points[members].T
+    if np.ptp(x * ny - y * nx) < spec.span:
         return None
     return members
 
 
-def _fit(u: Floats, weights: Floats) -> tuple[Floats, float]:
+def _fit(x: Floats, y: Floats, weights: Floats) -> tuple[float, float, float]:
     """Weighted total least squares: unit normal and offset."""
-    mean = weights @ u / weights.sum()
-    x, y = (u - mean).T
-    wx, wy = weights * x, weights * y
-    turn = 0.5 * np.arctan2(2 * (wx @ y), wx @ x - wy @ y)
-    normal = np.array([-np.sin(turn), np.cos(turn)])
-    return normal, float(normal @ mean)
+    total = weights.sum()
+    mx, my = weights @ x / total, weights @ y / total
+    x, y = x - mx, y - my
+    wx = weights * x
+    turn = 0.5 * math.atan2(2 * (wx @ y), wx @ x - (weights * y) @ y)
+    nx, ny = -math.sin(turn), math.cos(turn)
+    return nx, ny, nx * mx + ny * my
