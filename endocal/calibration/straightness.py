@@ -33,7 +33,8 @@ class Undistorted:
     def of(cls, points: Floats, params: Floats) -> Undistorted:
         """Undistort (n, 2) points by ``params``; past the fold the denominator is held at its least."""
         lam2 = params[3] if len(params) > 3 else 0.0
-        d = points - params[1:3]
+        # Columns that lie together: all that follows takes x and y apart.
+        d = np.asfortranarray(points) - params[1:3]
         q = np.einsum("ij,ij->i", d, d)
         denominator = np.maximum(1 + q * (params[0] + q * lam2), LEAST_DENOMINATOR)
         return cls(d, d / denominator[:, None], q, denominator, params[0] + 2 * q * lam2)
@@ -67,16 +68,19 @@ class Lines:
 
 def fit_lines(u: Floats, labels: Labels, count: int, weights: Floats) -> Lines:
     """Fit each line by weighted total least squares to its undistorted points (m, 2)."""
-    total = _Totals(labels, count)
+    return _fit_lines(u, labels, weights, _Totals(labels, count))
+
+
+def _fit_lines(u: Floats, labels: Labels, weights: Floats, total: _Totals) -> Lines:
     x, y = np.ascontiguousarray(u.T)
     mass = np.maximum(total(weights), 1e-300)
-    mean = np.stack([total(weights * x), total(weights * y)], axis=1) / mass[:, None]
-    ex, ey = x - mean[labels, 0], y - mean[labels, 1]
+    mx, my = total(weights * x) / mass, total(weights * y) / mass
+    ex, ey = x - mx.take(labels), y - my.take(labels)
     wx = weights * ex
     sxx, syy, sxy = total(wx * ex), total(weights * ey * ey), total(wx * ey)
     angle = 0.5 * np.arctan2(2 * sxy, sxx - syy)
-    normals = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-    return Lines(normals, np.einsum("ij,ij->i", normals, mean))
+    nx, ny = -np.sin(angle), np.cos(angle)
+    return Lines(np.stack([nx, ny]).T, nx * mx + ny * my)
 
 
 def residuals(
@@ -99,17 +103,18 @@ def residuals(
     count = int(labels.max()) + 1
     weights = np.ones(len(points)) if weights is None else weights
     at = Undistorted.of(points, params)
-    first = fit_lines(at.u, labels, count, weights * at.denominator**2)
-    normals = first.normals[labels]
+    total = _Totals(labels, count)
+    first = _fit_lines(at.u, labels, weights * at.denominator**2, total)
+    normals = first.normals.T.take(labels, axis=1).T
     scale = at.scale(normals)
-    distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets[labels]) / scale
+    distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets.take(labels)) / scale
     if growth is not None:
         distance = distance - growth
     along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
     columns = [1 / scale, along]
     if sides is not None:
         columns.append(two_sided(sides, labels))
-    return _without(distance, columns, labels, count, weights)
+    return _without(distance, columns, labels, total, weights)
 
 
 def two_sided(sides: Floats, labels: Labels) -> Floats:
@@ -119,13 +124,12 @@ def two_sided(sides: Floats, labels: Labels) -> Floats:
 
 
 def _without(
-    values: Floats, columns: Sequence[Floats], labels: Labels, count: int, weights: Floats
+    values: Floats, columns: Sequence[Floats], labels: Labels, total: _Totals, weights: Floats
 ) -> Floats:
     """What is left of ``values`` (m,) when ``columns``, k of (m,), are fitted to it on each line apart."""
     k = len(columns)
-    total = _Totals(labels, count)
-    normal = np.empty((count, k, k))
-    right = np.empty((count, k))
+    normal = np.empty((total.count, k, k))
+    right = np.empty((total.count, k))
     for i, column in enumerate(columns):
         weighted = weights * column
         right[:, i] = total(weighted * values)
@@ -136,7 +140,7 @@ def _without(
     diagonal += 1e-9 * diagonal + 1e-12
     fitted = np.linalg.solve(normal, right[..., None])[..., 0]
     for i, column in enumerate(columns):
-        values = values - column * fitted[labels, i]
+        values = values - column * fitted[:, i].take(labels)
     return values
 
 
@@ -148,7 +152,7 @@ class _Totals:
 
     def __init__(self, labels: Labels, count: int) -> None:
         self._labels = labels
-        self._count = count
+        self.count = count
         self._in_order = not np.any(labels[1:] < labels[:-1])
         if self._in_order:
             starts = np.searchsorted(labels, np.arange(count))
@@ -157,7 +161,7 @@ class _Totals:
 
     def __call__(self, values: Floats) -> Floats:
         if not self._in_order:
-            return np.asarray(np.bincount(self._labels, values, self._count), np.float64)
-        out = np.zeros(self._count)
+            return np.asarray(np.bincount(self._labels, values, self.count), np.float64)
+        out = np.zeros(self.count)
         out[self._there] = np.add.reduceat(values, self._starts)
         return out
