@@ -36,7 +36,8 @@ def content_mask(
     if boundary is not None:
         y, x = np.ogrid[:h, :w]
         dx = (x - boundary.center[0]) * pixel_aspect
-        mask &= np.hypot(dx, y - boundary.center[1]) < boundary.diameter / 2 - margin
+        reach = max(0.0, boundary.diameter / 2 - margin)
+        mask &= dx**2 + (y - boundary.center[1]) ** 2 < reach**2
     border = np.zeros_like(mask)
     border[FRAME_MARGIN:-FRAME_MARGIN, FRAME_MARGIN:-FRAME_MARGIN] = True
     mask &= border

@@ -84,9 +84,12 @@ def edge_directions(grey: Grey, points: Floats, size: int) -> tuple[Floats, Floa
     gx = cv2.sepFilter2D(grey, cv2.CV_32F, derivative, smoothing, borderType=cv2.BORDER_REPLICATE)
     gy = cv2.sepFilter2D(grey, cv2.CV_32F, smoothing, derivative, borderType=cv2.BORDER_REPLICATE)
     x, y = np.rint(points).astype(np.intp).T
+    products = gx * gy
+    np.multiply(gx, gx, out=gx)
+    np.multiply(gy, gy, out=gy)
     xx, xy, yy = (
         np.asarray(cv2.GaussianBlur(p, (0, 0), TENSOR_SPREAD * size)[y, x], np.float64)
-        for p in (gx * gx, gx * gy, gy * gy)
+        for p in (gx, products, gy)
     )
     turn = np.arctan2(2 * xy, xx - yy) / 2
     one_direction = np.hypot(xx - yy, 2 * xy) / np.maximum(xx + yy, 1e-9)
