@@ -68,6 +68,8 @@ static void blend_strip(
         for (int c = 0; c < COMPONENTS; ++c)
             target[k * COMPONENTS + c] = source[offset->each[k] + c];
 #else
+    for (int k = 0; k < STRIP; k += max(LINE_WORDS / COMPONENTS, 1))
+        FETCH(source + offset->each[k] + (long)(TAPS + AHEAD_SOURCE) * source_pitch, 0);
     strip_of_runs runs[TAPS][RUNS];
     global const WORD *lines[TAPS];      // the source, down by one row each
     for (int b = 0; b < TAPS; ++b)

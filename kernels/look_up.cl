@@ -87,6 +87,8 @@ static void look_up_strip(
     global WORD *target,                 // the strip in the output plane
     int count)                           // output samples
 {
+    for (int n = 0; n < TABLE; n += LINE_WORDS)
+        FETCH(from + (long)(window->rows + AHEAD_SOURCE) * source_pitch + n, 0);
     int16 place_x[4], place_y[4];
     if (STRIP >> length_log2 == 1)       // most often, and quicker
         strip_places(window, curves, 6, along, place_x, place_y);

@@ -34,6 +34,8 @@ kernel void remap_curves(
             remap_exact(map, source, source_pitch, target, column, row, count);
             continue;
         }
+        for (int n = 0; n < STRIP * COMPONENTS; n += LINE_WORDS)
+            FETCH(target + (long)AHEAD_TARGET * output_pitch + n, 1);
 #ifdef LOOKS_UP
         struct window window;
         if (strip_window(map, here, in_strip, &window)) {

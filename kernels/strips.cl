@@ -8,6 +8,18 @@ struct __attribute__((packed)) unaligned_words { MANY(WORD) words; };
 #define RUNS ((TAPS * COMPONENTS + RUN_WORDS - 1) / RUN_WORDS)
 #define OVERRUN ((RUNS * RUN_WORDS - TAPS * COMPONENTS + COMPONENTS - 1) / COMPONENTS)
 
+// Frames come from memory, and so slowly that up to half of the time would be waiting for them. So lines of
+// the cache that the next rows will need are asked for ahead: source rows below those of a strip, and output
+// rows below the one that is written. To ask for what does not exist does no harm.
+#ifdef __clang__
+#define FETCH(address, to_write) __builtin_prefetch(address, to_write)
+#else
+#define FETCH(address, to_write)
+#endif
+#define AHEAD_SOURCE 4
+#define AHEAD_TARGET 3
+#define LINE_WORDS (64 / (int)sizeof(WORD))
+
 static inline RUN load_run(global const WORD *from)
 {
     return ((global const struct unaligned_run *)from)->bits;

@@ -14,12 +14,13 @@ import numpy as np
 from ..errors import InputError, OutputError
 from ..files import atomic_output
 from ..files.names import shown
-from ..remap.engine import Pending
+from ..remap.engine import Pending, load_device
 from ..remap.layout import supported
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
 from ..video.stream import StreamInfo
 from ..video.writer import VideoWriter
+from .background import Background
 from .correction import CorrectionReport, CorrectionSpec, Progress, input_name, output_name
 from .corrector import Corrector, Split
 from .lens import Lens, ModelSource, fit_lens, model_source
@@ -38,6 +39,8 @@ def correct_video(
     """Correct a video; see ``correct``. ``lenses`` holds one for each eye."""
     began = time.monotonic()
     name = input_name(spec)
+    # While the input is opened and its first frames are decoded; what fails there fails again when it is due.
+    Background(partial(load_device, spec.device))
     with VideoReader(
         source,
         name=name,

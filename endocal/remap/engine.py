@@ -131,6 +131,17 @@ class _Return:
             np.copyto(out, plain)
 
 
+def load_device(name: str) -> None:
+    """Load the libraries of the device that a FrameRemapper will be asked for, and open it.
+
+    That takes a while, and may be done in another thread meanwhile. Raises what the remapper would.
+    """
+    if name != "numpy":
+        from .opencl_device import choose_device, session
+
+        session(choose_device(name)[0])
+
+
 def choose_engine(
     layout: FrameLayout, geometry: OutputGeometry, interpolation: str, device: str
 ) -> Engine:
