@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from .straightness import LEAST_DENOMINATOR, Floats, Labels, residuals, two_sided
+from .straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
 
-# How far bright areas may seem to grow, px: one standard deviation of what is believed beforehand.
+# How far bright areas may seem to grow, px by unit of a column: one standard deviation of what is believed
+# beforehand.
 GROWTH_SPREAD = 0.5
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
@@ -35,15 +36,16 @@ class Prior:
 class Fit:
     """A fit of (lam, cx, cy[, lam2]).
 
-    ``residuals`` (m,) px; ``jacobian`` (m, k): theirs by the parameters that were free, whose places in
-    the vector are ``free``; ``sigma`` px: the robust standard deviation; ``softness`` px and ``trust`` (m,):
-    see fit_model.
+    ``residuals`` (m,) px; ``jacobian`` (m, k + g): theirs by the parameters that were free, whose places in
+    the vector are ``free``, k of them, and by the columns of growth, whose information beforehand is
+    ``belief``; ``sigma`` px: the robust standard deviation; ``softness`` px, ``trust`` (m,): see fit_model.
     """
 
     params: Floats
     residuals: Floats
     jacobian: Floats
     free: list[int]
+    belief: float
     sigma: float
     softness: float
     trust: Floats
@@ -62,6 +64,7 @@ def fit_model(
     prior: Prior,
     softness: float,
     sides: Floats | None = None,
+    growth: Floats | None = None,
     rounds: int = 30,
     monotonic: float = 0.0,
     trust: Floats | None = None,
@@ -71,8 +74,9 @@ def fit_model(
     ``radius`` px is the length by which the parameters are scaled; residuals beyond ``softness`` px count
     ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
     leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
-    from both sides; for the others it is one length for all, in px. The two-parameter model is kept from
-    folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in the mean, weighs the points.
+    from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines. The
+    two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
+    the mean, weighs the points.
     """
     trust = np.ones(len(points)) if trust is None else trust
     root = np.sqrt(trust)
@@ -80,8 +84,7 @@ def fit_model(
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
     pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
     weights = trust
-    one_sided = np.zeros(len(points)) if sides is None else sides - two_sided(sides, labels)
-    grows = bool(one_sided.min() < 0 < one_sided.max())
+    columns = np.empty((len(points), 0)) if growth is None else growth
 
     def params(x: Floats) -> Floats:
         out = start.copy()
@@ -92,15 +95,15 @@ def fit_model(
 
     def misfit(x: Floats) -> Floats:
         at = params(x)
-        growth = x[-1] * one_sided if grows else None
-        beliefs = [x[-1] / GROWTH_SPREAD] if grows else []
+        grown = x[len(free) :]
+        beliefs = list(grown / GROWTH_SPREAD)
         if not prior.fixed:
             beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
-        r = residuals(points, labels, at, weights, sides, growth)
+        r = residuals(points, labels, at, weights, sides, columns @ grown if len(grown) else None)
         return np.concatenate([root * r, pull * np.array(beliefs)])
 
     n = len(points)
-    x = np.zeros(len(free) + grows)
+    x = np.zeros(len(free) + columns.shape[1])
     weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
     solution = least_squares(
         misfit,
@@ -116,9 +119,10 @@ def fit_model(
     )
     r = misfit(solution.x)[:n] / root
     # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
-    slopes = [_slope(misfit, solution.x, i)[:n] / root for i in range(len(free))]
-    plain = np.stack(slopes, axis=1) / unit
-    return Fit(params(solution.x), r, plain, free, robust_sigma(r), softness, trust)
+    slopes = [_slope(misfit, solution.x, i)[:n] / root for i in range(len(x))]
+    plain = np.stack(slopes, axis=1) / np.append(unit, np.ones(columns.shape[1]))
+    belief = (pull / GROWTH_SPREAD) ** 2
+    return Fit(params(solution.x), r, plain, free, belief, robust_sigma(r), softness, trust)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
@@ -150,7 +154,7 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     """The covariance (k, k) of the free parameters; residuals of one line may be correlated at will.
 
     The sandwich estimator of a robust fit, clustered by lines, each line's influence enlarged by its own
-    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002).
+    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002). What is not known of the growth counts.
     """
     count = int(labels.max()) + 1
     # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
@@ -167,7 +171,10 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     for a in range(k):
         for b in range(k):
             information[:, a, b] = np.bincount(labels, curvature * j[:, a] * j[:, b], count)
-    inverse = np.linalg.pinv(information.sum(axis=0))
+    free = len(fit.free)
+    belief = np.diag(np.where(np.arange(k) < free, 0.0, fit.belief / unit**2))
+    inverse = np.linalg.pinv(information.sum(axis=0) + belief)
     left_out = np.eye(k) - information @ inverse
     enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[..., None])[..., 0]
-    return np.asarray(inverse @ (enlarged.T @ enlarged) @ inverse / np.outer(unit, unit))
+    whole = inverse @ (enlarged.T @ enlarged) @ inverse / np.outer(unit, unit)
+    return np.asarray(whole[:free, :free])

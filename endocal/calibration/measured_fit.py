@@ -13,26 +13,24 @@ import numpy as np
 
 from .edges import EdgePoints
 from .fit import Fit, Prior, fit_model, robust_sigma
-from .misfit import Misfit, misfit, trust_by_magnification
-from .pattern import clear_of_crossings, join_pieces, on_board
+from .growth import growth_columns
+from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
+from .pattern import clear_of_corners, join_pieces, measured_once, on_board
 from .picture import Grey
-from .profiles import FINE, WIDE, Measured, measure, smooth_for_profiles
-from .straightness import Floats, Labels, residuals
+from .profiles import Measured, measure, smooth_for_profiles
+from .straightness import Floats, Labels
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
-# Profiles reach this far to both sides of a line, px.
-PROFILE_REACH = 3
 # The rounds: the first measures where the model says that lines run, others where they were measured. A
 # third one is for lines that the second joined from pieces.
 MOST_ROUNDS = 3
 # A fit that is not the last does with so many points: neighbours on a line tell much the same.
 ENOUGH_POINTS = 4000
-# Where averages along lines are noisier than this, px, noise is worse than what smoothing blends in.
-NOISY = 0.05
 # A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
 # rounds find the weights of its points, and a residual is an outlier so many times later.
 MODEL_HOLDS = 1.0
+OWN_NOISE_ROUNDS = 2
 CORRECTED_ROUNDS = 2
 CORRECTED_SOFTNESS = 2.0
 # Residuals beyond this many softnesses of the fit are none of its lines'.
@@ -74,7 +72,7 @@ def fit_measured(
 
     ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
     """
-    smooth = [smooth_for_profiles(view.grey, FINE) for view in views]
+    smooth = [smooth_for_profiles(view.grey) for view in views]
     for number in range(MOST_ROUNDS):
         measured = [
             _measured(s, *line, params, number > 0) for s, line in zip(smooth, lines, strict=True)
@@ -82,23 +80,27 @@ def fit_measured(
         whole = [join_pieces(part) for part in measured]
         boards = [on_board(part) for part in whole]
         parts = [
-            part if board is None else part.take(board)
+            part.take(measured_once(part) if board is None else board)
             for part, board in zip(whole, boards, strict=True)
         ]
-        everything, view_of = _joined([part.take(clear_of_crossings(part)) for part in parts])
+        everything, view_of = _joined(
+            [
+                part.take(clear_of_corners(part, board is not None))
+                for part, board in zip(parts, boards, strict=True)
+            ]
+        )
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
         few = everything.thinned(ENOUGH_POINTS)
         fit = _fit(few, params, reach, prior, max(0.1, sigma), content)
         params, sigma = fit.params, fit.sigma
         lines = [(part.points, part.labels) for part in parts]
-        if number == 0 and _noise(everything, fit) > NOISY:
-            smooth = [smooth_for_profiles(view.grey, WIDE) for view in views]
-        elif number > 0 and all(a is b for a, b in zip(measured, whole, strict=True)):
+        if number > 0 and all(a is b for a, b in zip(measured, whole, strict=True)):
             break
     fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
-    fit = _fit_corrected(everything, fit, reach, prior, content)
-    return Refined(fit, everything, view_of, any(board is not None for board in boards))
+    on_a_board = any(board is not None for board in boards)
+    fit = _weighted(everything, fit, reach, prior, content, on_a_board)
+    return Refined(fit, everything, view_of, on_a_board)
 
 
 def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
@@ -106,15 +108,21 @@ def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
     return misfit(fit.residuals, labels, OUTLYING * fit.softness)
 
 
-def _noise(m: Measured, fit: Fit) -> float:
-    off = residuals(m.points, m.labels, fit.params, sides=m.sides)
-    return misfit(off, m.labels, OUTLYING * fit.softness).noise
+def _weighted(
+    m: Measured, fit: Fit, reach: float, prior: Prior, content: float, board: bool
+) -> Fit:
+    """Fit again: by magnification where a lens departs from the model, else with each line's own noise.
 
-
-def _fit_corrected(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
-    """Fit again where the lens departs from the model: by straightness in the corrected picture."""
+    The lines of a board share their noise; other straight things are edges of all kinds. Where the lens
+    departs, what counts is straightness in the corrected picture.
+    """
     ratio = departure_from_model(fit, m.labels).ratio
     if ratio < MODEL_HOLDS:
+        if board:
+            return fit
+        for _ in range(OWN_NOISE_ROUNDS):
+            trust = trust_by_line(fit.residuals, m.labels)
+            fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
         return fit
     softness = CORRECTED_SOFTNESS * fit.softness
     for part in (m.thinned(ENOUGH_POINTS),) * CORRECTED_ROUNDS + (m,):
@@ -132,8 +140,18 @@ def _fit(
     content: float,
     trust: Floats | None = None,
 ) -> Fit:
+    growth = growth_columns(m.sides, m.levels, m.labels)
     return fit_model(
-        m.points, m.labels, start, reach, prior, softness, m.sides, monotonic=content, trust=trust
+        m.points,
+        m.labels,
+        start,
+        reach,
+        prior,
+        softness,
+        m.sides,
+        growth,
+        monotonic=content,
+        trust=trust,
     )
 
 
@@ -157,7 +175,7 @@ def _measured(
 ) -> Measured:
     if len(points) == 0:
         return Measured.none()
-    measured = measure(smooth, points, labels, params, PROFILE_REACH, follow)
+    measured = measure(smooth, points, labels, params, follow)
     return measured.take(np.ones(len(measured.points), bool))
 
 
@@ -171,5 +189,6 @@ def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:
         np.concatenate([p.points for p in parts]),
         np.concatenate(labels),
         np.concatenate([p.sides for p in parts]),
+        np.concatenate([p.levels for p in parts]),
     )
     return joined, np.repeat(np.arange(len(parts)), [len(p.points) for p in parts])

@@ -26,6 +26,12 @@ CROSSING = 8.0
 DIRECTION = 6
 # Near a crossing, px along the line from the last profile on its side, and at most this share of a square.
 CLEAR, CLEAR_SHARE = 2.5, 0.2
+# Where an edge ends, it turns a corner, which blur rounds: so many px, at most this share of the edge; it
+# ends at a gap of more than so many px.
+CORNER, CORNER_SHARE, GAP = 5.0, 0.4, 3.0
+# Points of two lines nearer to each other than this, px, where the lines run along each other (the cosine of
+# their angle), are one edge measured twice; a line with this share of such points is none of its own.
+TWICE, ALONG, MOST_AGAIN = 1.5, 0.95, 0.3
 # Two lines that cross at a smaller angle than this one's sine are pieces of one.
 LEAST_SINE = 0.2
 # A line goes on beyond its last crossing by one square, which perspective may stretch by this much.
@@ -93,13 +99,18 @@ def _in_order(measured: Measured, labels: Labels) -> Measured:
     """The points with new labels, numbered from 0, in order along the chords of their lines."""
     labels = np.unique(labels, return_inverse=True)[1].astype(np.intp)
     along = np.empty(len(labels))
+    sides = measured.sides.copy()
     for line in range(int(labels.max()) + 1):
         own = labels == line
         middle = measured.points[own].mean(axis=0)
         chord = np.linalg.svd(measured.points[own] - middle, full_matrices=False)[2][0]
         along[own] = (measured.points[own] - middle) @ chord
+        for piece in np.unique(measured.labels[own]):
+            points = np.flatnonzero(measured.labels == piece)
+            # Gone along the other way, left is right.
+            sides[points] *= 1 if along[points[-1]] >= along[points[0]] else -1
     order = np.lexsort((along, labels))
-    return Measured(measured.points[order], labels[order], measured.sides[order])
+    return Measured(measured.points[order], labels[order], sides[order], measured.levels[order])
 
 
 def _changes_of_side(measured: Measured) -> _Changes:
@@ -115,10 +126,11 @@ def _changes_of_side(measured: Measured) -> _Changes:
     return _Changes(((before + after) / 2)[changed], labels, index, _ways(measured, index, labels))
 
 
-def clear_of_crossings(measured: Measured) -> NDArray[np.bool_]:
-    """Which points (n,) lie far enough from where their line changes sides to be told without bias.
+def clear_of_corners(measured: Measured, board: bool) -> NDArray[np.bool_]:
+    """Which points (n,) lie far enough from where their edge ends or changes sides to be told without bias.
 
-    Two edges that cross at a slant draw each other off their courses, as far as smoothing and blur reach.
+    Two edges that cross at a slant, or meet at a corner, draw each other off their courses, as far as
+    smoothing and blur reach. On a ``board`` only crossings count: its lines go on beyond them.
     """
     if len(measured.points) == 0:
         return np.ones(0, bool)
@@ -126,15 +138,35 @@ def clear_of_crossings(measured: Measured) -> NDArray[np.bool_]:
     changed = (np.diff(measured.sides, prepend=0) != 0) & ~new_line
     steps = np.linalg.norm(np.diff(measured.points, axis=0, prepend=measured.points[:1]), axis=1)
     along = np.cumsum(steps)
-    first = np.flatnonzero(new_line | changed)
+    crossed = changed & (steps <= CROSSING)
+    starts = new_line | changed | (steps > GAP)
+    first = np.flatnonzero(starts)
     last = np.append(first[1:], len(along)) - 1
     count = last - first + 1
-    margin = np.minimum(CLEAR, CLEAR_SHARE * (along[last] - along[first]))
-    # A run is cut at an end only where another run of its line follows.
-    low = np.where(changed[first], along[first] + margin, -np.inf)
-    goes_on = np.append(changed[first[1:]], False)
-    high = np.where(goes_on, along[last] - margin, np.inf)
+    length = along[last] - along[first]
+    at_crossing = np.minimum(CLEAR, CLEAR_SHARE * length)
+    at_corner = 0.0 if board else np.minimum(CORNER, CORNER_SHARE * length)
+    low = along[first] + np.where(crossed[first], at_crossing, at_corner)
+    goes_on = np.append(crossed[first[1:]], False)
+    high = along[last] - np.where(goes_on, at_crossing, at_corner)
     return (along >= np.repeat(low, count)) & (along <= np.repeat(high, count))
+
+
+def measured_once(measured: Measured) -> NDArray[np.bool_]:
+    """Which points (n,) are on lines that are not, for a good part, longer lines found again."""
+    keep = np.ones(len(measured.points), bool)
+    if len(keep) == 0:
+        return keep
+    pairs = cKDTree(measured.points).query_pairs(TWICE, output_type="ndarray").reshape(-1, 2)
+    pairs = pairs[measured.labels[pairs[:, 0]] != measured.labels[pairs[:, 1]]]
+    ways = _ways(measured, np.arange(len(keep)), measured.labels)
+    a, b = pairs[np.abs(np.einsum("ij,ij->i", ways[pairs[:, 0]], ways[pairs[:, 1]])) > ALONG].T
+    lengths = np.bincount(measured.labels)
+    shorter = np.where(lengths[measured.labels[a]] < lengths[measured.labels[b]], a, b)
+    again = np.zeros(len(keep), bool)
+    again[shorter] = True
+    share = np.bincount(measured.labels, again) / lengths
+    return np.asarray(~again & (share < MOST_AGAIN)[measured.labels])
 
 
 def _ways(measured: Measured, index: Labels, labels: Labels) -> Floats:

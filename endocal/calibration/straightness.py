@@ -98,7 +98,8 @@ def residuals(
 
     ``sides`` (m,), +1 or -1, tells on which side of its line a point is bright: over-exposure and gamma
     make bright squares grow, so a line seen from both sides has two edges some way apart. That distance
-    is fitted for each line along with its place and direction. ``growth`` (m,) px is taken off as given.
+    is fitted for each line along with its place and direction. ``growth`` (m,) px, to the left as the points
+    of a line go, is taken off as given.
     """
     count = int(labels.max()) + 1
     weights = np.ones(len(points)) if weights is None else weights
@@ -109,12 +110,26 @@ def residuals(
     scale = at.scale(normals)
     distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets.take(labels)) / scale
     if growth is not None:
-        distance = distance - growth
+        distance = distance - growth * _leftward(points, labels, first.normals)[labels]
     along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
     columns = [1 / scale, along]
     if sides is not None:
         columns.append(two_sided(sides, labels))
     return _without(distance, columns, labels, total, weights)
+
+
+def _leftward(points: Floats, labels: Labels, normals: Floats) -> Floats:
+    """Signs (count,) of the lines' ``normals``: +1 to the left of the way from a line's first point to its
+    last.
+
+    The normal of a fitted line turns round as the line turns past a certain direction; its points do not.
+    """
+    last = np.full(len(normals), -1)
+    last[labels] = np.arange(len(labels))
+    first = np.full(len(normals), -1)
+    first[labels[::-1]] = np.arange(len(labels))[::-1]
+    wx, wy = (points[last] - points[first]).T
+    return np.where(normals[:, 1] * wx - normals[:, 0] * wy >= 0, 1.0, -1.0)
 
 
 def two_sided(sides: Floats, labels: Labels) -> Floats:

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from endocal.calibration.fit import Prior, covariance, fit_model
+from endocal.calibration.growth import growth_columns
 from endocal.model import DivisionModel
 
 from .scenes import TRUTH, line_points
@@ -75,13 +76,37 @@ def test_two_parameters_are_recovered_and_do_not_fold() -> None:
     assert DivisionModel(kept.params[0], (0, 0), (1, 1), lam2=kept.params[3]).valid_radius > 594
 
 
+def leftward(points, labels, normals):
+    """The normals turned to the left of the way from each line's first point to its last."""
+    ways = np.stack([points[labels == i][-1] - points[labels == i][0] for i in np.unique(labels)])
+    left = np.stack([-ways[:, 1], ways[:, 0]], axis=1)[labels]
+    return normals * np.sign(np.einsum("ij,ij->i", normals, left))[:, None]
+
+
 def test_one_sided_lines_tell_how_much_bright_areas_grow() -> None:
     points, labels, normals = line_points(TRUTH, count=20)
     sides = np.where(labels % 2 == 0, 1.0, -1.0)
-    # The normals of one line all point to one side of it, so that its side is one number.
-    grown = points + 0.3 * sides[:, None] * normals
+    left = leftward(points, labels, normals)
+    grown = points + 0.3 * sides[:, None] * left
     plain = fitted(grown, labels)
-    aware = fitted(grown, labels, sides=sides)
+    aware = fitted(grown, labels, sides=sides, growth=sides[:, None])
     # A line moved by as much everywhere in the distorted picture is no longer straight: not by 2 %.
     assert abs(aware.params[0] / TRUTH[0] - 1) < 0.002
     assert np.abs(aware.residuals).max() < np.abs(plain.residuals).max() / 2
+
+
+def test_growth_that_follows_the_light_is_taken_off() -> None:
+    """Bright areas that grow where it is light, and not at the dark rim, bend their edges."""
+    points, labels, normals = line_points(TRUTH, count=20)
+    sides = np.where(labels % 2 == 0, 1.0, -1.0)
+    bright = 230 - 0.0015 * np.linalg.norm(points - TRUTH[1:], axis=1) ** 2
+    levels = np.stack([0.2 * bright, bright], axis=1)
+    growth = 0.004 * (bright - 150)
+    left = leftward(points, labels, normals)
+    grown = points + (sides * growth)[:, None] * left
+    plain = fitted(grown, labels)
+    columns = growth_columns(sides, levels, labels)
+    aware = fitted(grown, labels, sides=sides, growth=columns)
+    assert abs(plain.params[0] / TRUTH[0] - 1) > 0.01
+    assert abs(aware.params[0] / TRUTH[0] - 1) < 0.002
+    assert aware.sigma < plain.sigma / 5

@@ -21,9 +21,10 @@ def cut(measured: Measured, line: int, at: float, lap: float = 0.0) -> Measured:
     points = np.concatenate([measured.points, measured.points[both]])
     labels = np.concatenate([labels, measured.labels[both]])
     sides = np.concatenate([measured.sides, measured.sides[both]])
+    levels = np.concatenate([measured.levels, measured.levels[both]])
     along = np.where(np.isin(labels, (line, new)), points[:, axis], np.arange(len(points)))
     order = np.lexsort((along, labels))
-    return Measured(points[order], labels[order], sides[order])
+    return Measured(points[order], labels[order], sides[order], levels[order])
 
 
 def labels_of(measured: Measured, whole: Measured, line: int) -> set[int]:

@@ -3,7 +3,7 @@ import pytest
 
 from endocal.calibration.edges import EdgePoints
 from endocal.calibration.lines import LineSpec, group
-from endocal.calibration.pattern import clear_of_crossings, merge_twins, on_board
+from endocal.calibration.pattern import clear_of_corners, measured_once, merge_twins, on_board
 from endocal.calibration.profiles import Measured
 
 from .scenes import TRUTH, line_points
@@ -62,7 +62,8 @@ def grid(n: int, step: int = 20) -> Measured:
     points.append(stray)
     labels.append(np.full(len(stray), len(labels)))
     sides.append(np.ones(len(stray)))
-    return Measured(np.concatenate(points), np.concatenate(labels), np.concatenate(sides))
+    levels = np.tile([20.0, 200.0], (sum(map(len, points)), 1))
+    return Measured(np.concatenate(points), np.concatenate(labels), np.concatenate(sides), levels)
 
 
 def test_the_board_is_what_crossings_connect() -> None:
@@ -80,10 +81,11 @@ def test_no_board_among_lines_that_do_not_cross() -> None:
     assert on_board(Measured.none()) is None
 
 
-def test_points_next_to_a_crossing_are_left_out() -> None:
-    """Runs are cut where their line goes on with the other side bright, and nowhere else."""
+def test_points_next_to_a_crossing_or_a_corner_are_left_out() -> None:
+    """Runs are cut where their line goes on with the other side bright, and where they end."""
     measured = grid(8)
-    clear = clear_of_crossings(measured)
+    assert clear_of_corners(measured, board=True)[measured.labels == measured.labels.max()].all()
+    clear = clear_of_corners(measured, board=False)
     for line in range(4, 8):
         own = measured.labels == line
         axis = int(np.ptp(measured.points[own][:, 1]) > np.ptp(measured.points[own][:, 0]))
@@ -91,7 +93,41 @@ def test_points_next_to_a_crossing_are_left_out() -> None:
         from_corner = np.abs((along + 10) % 20 - 10)
         inner = (along > 10) & (along < 150)
         assert (from_corner[inner & clear[own]] > 4).all()
-        assert clear[own][along < 10].all()
-        assert np.count_nonzero(clear[own]) > 0.6 * np.count_nonzero(own)
-    assert clear[measured.labels == measured.labels.max()].all(), "it never changes sides"
-    assert clear_of_crossings(Measured.none()).shape == (0,)
+        assert not clear[own][along < along.min() + 4].any()
+        assert np.count_nonzero(clear[own]) > 0.5 * np.count_nonzero(own)
+    stray = clear[measured.labels == measured.labels.max()]
+    assert stray[6:-6].all(), "it never changes sides"
+    assert not stray[:4].any()
+    assert clear_of_corners(Measured.none(), False).shape == (0,)
+
+
+def test_the_ends_of_bars_are_told_by_their_middles() -> None:
+    """A row of the ends of bars: edges with gaps between them, each of which turns a corner at both ends."""
+    x = np.concatenate([np.arange(s, s + 20.0) for s in range(0, 200, 40)])
+    row = Measured(
+        np.stack([x, np.zeros_like(x)], axis=1),
+        np.zeros(len(x), np.intp),
+        np.ones(len(x)),
+        np.tile([20.0, 200.0], (len(x), 1)),
+    )
+    kept = x[clear_of_corners(row, board=False)] % 40
+    assert kept.min() >= 5
+    assert kept.max() <= 14
+    assert len(kept) == 5 * 10
+
+
+def test_a_line_found_again_counts_once() -> None:
+    measured = grid(8)
+    own = np.flatnonzero(measured.labels == 4)
+    again = own[len(own) // 4 : len(own) // 2]
+    count = int(measured.labels.max()) + 1
+    twice = Measured(
+        np.concatenate([measured.points, measured.points[again] + 0.4]),
+        np.concatenate([measured.labels, np.full(len(again), count)]),
+        np.concatenate([measured.sides, measured.sides[again]]),
+        np.concatenate([measured.levels, measured.levels[again]]),
+    )
+    once = measured_once(twice)
+    assert once[: len(measured.points)].all(), "the longer line, and lines that only cross it, stay"
+    assert not once[len(measured.points) :].any()
+    assert measured_once(Measured.none()).shape == (0,)
