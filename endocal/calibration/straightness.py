@@ -99,7 +99,7 @@ def residuals(
     ``sides`` (m,), +1 or -1, tells on which side of its line a point is bright: over-exposure and gamma
     make bright squares grow, so a line seen from both sides has two edges some way apart. That distance
     is fitted for each line along with its place and direction. ``growth`` (m,) px, to the left as the points
-    of a line go, is taken off as given.
+    of a line go, is taken off as given; for it the points must come line after line.
     """
     count = int(labels.max()) + 1
     weights = np.ones(len(points)) if weights is None else weights
@@ -124,11 +124,8 @@ def _leftward(points: Floats, labels: Labels, normals: Floats) -> Floats:
 
     The normal of a fitted line turns round as the line turns past a certain direction; its points do not.
     """
-    last = np.full(len(normals), -1)
-    last[labels] = np.arange(len(labels))
-    first = np.full(len(normals), -1)
-    first[labels[::-1]] = np.arange(len(labels))[::-1]
-    wx, wy = (points[last] - points[first]).T
+    starts = np.searchsorted(labels, np.arange(len(normals) + 1))
+    wx, wy = (points[starts[1:] - 1] - points[starts[:-1]]).T
     return np.where(normals[:, 1] * wx - normals[:, 0] * wy >= 0, 1.0, -1.0)
 
 
