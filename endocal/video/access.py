@@ -42,13 +42,17 @@ class Readable(Protocol):
 
 
 def open_input(
-    source: str | Readable, name: str, allow_protocols: Sequence[str] = ()
+    source: str | Readable,
+    name: str,
+    allow_protocols: Sequence[str] = (),
+    probe: bool = True,
 ) -> av.container.InputContainer:
     """Open a media file by path, or a readable binary file object such as a pipe.
 
     ``name`` is what messages call it. ``allow_protocols`` names protocols that playlists may use after all;
-    with any named, scripts are read. Raises InputError, in one line, for a missing, empty or unreadable
-    file and for a script.
+    with any named, scripts are read. ``probe`` decodes the first frames, to learn of each stream what its
+    container does not tell: that takes a while. Raises InputError, in one line, for a missing, empty or
+    unreadable file and for a script.
     """
     if isinstance(source, str):
         _check_file(source, name)
@@ -58,6 +62,8 @@ def open_input(
     else:
         options["protocol_whitelist"] = "file" if isinstance(source, str) else ""
         options["format_whitelist"] = ",".join(sorted(av.formats_available - _SCRIPTS))
+    if not probe:
+        options["codec_whitelist"] = "none"  # for the probing alone
     target = "file:" + source if isinstance(source, str) else source
     try:
         return av.open(

@@ -31,6 +31,8 @@ _GENERATE_TIMES = 0x0001
 # Containers that hold no presentation times: what the library gives for them is a guess, and wrong where
 # frames are stored in another order than they are shown in.
 _WITHOUT_TIMES = frozenset(("avi", "h264", "hevc", "mpegvideo", "m4v", "mjpeg", "rawvideo"))
+# Containers, by the beginnings of their names, that describe all their streams at the start.
+_WITH_HEADERS = ("mov,", "matroska,")
 
 Item = av.VideoFrame | av.Packet
 
@@ -171,7 +173,9 @@ class VideoReader:
         yield run
         if not isinstance(self._source, str) or self._live:
             return
-        with open_input(self._source, self.name, self._allow_protocols) as container:
+        # What is to be known of the streams is known; but some containers tell of them only as they go.
+        probe = not self._container.format.name.startswith(_WITH_HEADERS)
+        with open_input(self._source, self.name, self._allow_protocols, probe) as container:
             stream = container.streams[self._stream.index]
             assert isinstance(stream, av.VideoStream)
             stream.codec_context.thread_type = "AUTO"

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from endocal.errors import InputError
+from endocal.video.frames import luma_view
 from endocal.video.reader import MAX_CONSECUTIVE_FAILURES, VideoReader, is_frame
 from tests.video.clips import Clip
 
@@ -257,6 +258,21 @@ def test_samples_leave_every_frame_to_be_read(tmp_path: Path) -> None:
             assert all(len(run) >= 4 for run in runs)
             assert len(runs) == (3 if isinstance(source, str) else 1)
             assert len(frames_of(reader)) == 40
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "mkv", "ts", "avi"])
+def test_samples_from_further_on_are_the_frames_that_items_yields(
+    tmp_path: Path, suffix: str
+) -> None:
+    path = Clip(frames=40, codec="libx264", options={"g": "8", "bf": "0"}).make(
+        tmp_path / f"a.{suffix}"
+    )
+    with VideoReader(str(path), name="a") as reader:
+        runs = list(reader.samples(places=3, frames=4))
+        frames = {luma_view(frame).tobytes() for frame in frames_of(reader)}
+    assert len(runs) == 3
+    assert all(luma_view(frame).tobytes() in frames for run in runs for frame in run)
+    assert len({luma_view(frame).tobytes() for run in runs for frame in run}) > 8
 
 
 def test_samples_do_not_repeat_what_follows_one_key_frame(tmp_path: Path) -> None:
