@@ -46,7 +46,7 @@ class OpenCLPlane:
 
     With strategy ``direct`` each work-item resamples one sample, at coordinates worked out on the fly. With
     ``baked`` each takes a row, along curves that were fitted to the mapping when the model came: that costs
-    a sixth of a frame, so that a zoom may change with every one. An instance serves one in-order queue.
+    less than a frame, so that a zoom may change with every one. An instance serves one in-order queue.
     """
 
     def __init__(
