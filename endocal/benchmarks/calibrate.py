@@ -200,18 +200,14 @@ class _Problem:
 
 def _row(problem: _Problem, article: ArticleTime, spec: CalibrationSpec, repeats: int) -> Row:
     voters = Voters.of(problem.points, problem.gradients, problem.height)
-    # Both get the very same points, in the precision that the votes are counted in.
-    points, gradients = (
-        np.stack(pair, axis=1).astype(np.float64)
-        for pair in ((voters.x, voters.y), (voters.gx, voters.gy))
-    )
+    votes = plain_hewg.Votes.of(voters)
 
     def plain(lams: Floats, xs: Floats, ys: Floats) -> Floats:
-        return plain_hewg.grid(points, gradients, voters.step, lams, xs, ys)
+        return plain_hewg.grid(votes, lams, xs, ys)
 
     def minimum(found: Found) -> Minimum:
         lam, x, y = (float(v) for v in found.params)
-        return Minimum(lam, (x, y), plain_hewg.entropy(points, gradients, voters.step, lam, x, y))
+        return Minimum(lam, (x, y), plain_hewg.entropy(votes, lam, x, y))
 
     def searched(measure: Measure) -> Found:
         return search(measure, problem.region, spec.samples, spec.epsilon, spec.max_rounds)

@@ -6,8 +6,8 @@ z = d conj(g) = D + i C, eq. 4 and 7 shorten to
     phi = phi_g + arg(1 + lam z^2)                       the direction of the line's normal
     r   = D / |1 + lam z^2|                              its distance from the centre
 
-so that all but an arc tangent and a square root a point is shared by the models of one centre. D is made
-positive by turning g, and phi taken over the whole turn: a line has one cell, not two.
+so that all but an arc tangent and a square root a point is shared by the models of one centre. Of g and -g
+one is taken before any model (see ``Voters``), so that a line has one cell, not two.
 
 The cells of r grow with the model's magnification over the points: of a fixed size, those of a model that
 shrinks the picture gather the votes that noise has scattered, and lambda comes out some per cent too weak.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,10 @@ from .straightness import Floats
 
 # (lams, xs, ys) -> costs of every combination, (len(lams), len(xs), len(ys)).
 Measure = Callable[[Floats, Floats, Floats], Floats]
+Range = tuple[float, float]
+
+# Where it is searched again: to both sides of what was found, as a share of lambda and of half the region.
+AROUND_LAMBDA, AROUND_CENTER = 0.12, 0.5
 
 
 @dataclass(frozen=True)
@@ -32,16 +36,45 @@ class Region:
 
 
 def search(
-    measure: Measure, region: Region, samples: int, epsilon: float, max_rounds: int
+    measure: Measure,
+    region: Region,
+    samples: int,
+    epsilon: float,
+    max_rounds: int,
+    again: int = 0,
 ) -> Found:
     """Minimise a measure over a region by rounds of ``samples`` per axis.
 
     The best sample's two neighbours on each axis bound the next round. It ends when they leave lambda a
     range below ``epsilon`` px^-2, or after ``max_rounds``. An axis whose range is a single value has one
     sample.
+
+    The valley of an entropy may be narrower than the first round's steps, and run askew to the axes: then it
+    is left after that round, for good. So up to ``again`` times the search is done again around what it found,
+    AROUND_LAMBDA to both sides and half of the centre's region, as long as that finds something better.
     """
-    ranges = [region.lam, region.x, region.y]
-    limits = list(ranges)
+    limits = (region.lam, region.x, region.y)
+    best = _narrowed(measure, limits, limits, samples, epsilon, max_rounds)
+    shares = (AROUND_LAMBDA * abs(best.params[0]), *(AROUND_CENTER * (b - a) / 2 for a, b in limits[1:]))
+    for _ in range(again):
+        ranges = _clipped(best.params, shares, limits)
+        other = _narrowed(measure, ranges, limits, samples, epsilon, max_rounds)
+        rounds = best.rounds + other.rounds
+        if other.cost >= best.cost:
+            return Found(best.params, best.cost, rounds)
+        best = Found(other.params, other.cost, rounds)
+    return best
+
+
+def _narrowed(
+    measure: Measure,
+    ranges: Sequence[Range],
+    limits: Sequence[Range],
+    samples: int,
+    epsilon: float,
+    max_rounds: int,
+) -> Found:
+    """Algorithm 1, which starts with ``ranges`` and never leaves ``limits``."""
     best = Found(np.array([np.mean(r) for r in ranges]), np.inf, 0)
     for round_number in range(1, max_rounds + 1):
         axes = [np.linspace(*r, samples) if r[1] > r[0] else np.array([r[0]]) for r in ranges]
@@ -50,11 +83,16 @@ def search(
         params = np.array([axis[i] for axis, i in zip(axes, at, strict=True)])
         if costs[at] < best.cost:
             best = Found(params, float(costs[at]), round_number)
-        steps = [axis[1] - axis[0] if len(axis) > 1 else 0.0 for axis in axes]
-        ranges = [
-            (max(limit[0], p - step), min(limit[1], p + step))
-            for p, step, limit in zip(params, steps, limits, strict=True)
-        ]
+        steps = [float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in axes]
+        ranges = _clipped(params, steps, limits)
         if ranges[0][1] - ranges[0][0] < epsilon:
             break
     return Found(best.params, best.cost, round_number)
+
+
+def _clipped(params: Floats, halves: Sequence[float], limits: Sequence[Range]) -> list[Range]:
+    """The ranges so far to both sides of ``params``, within limits."""
+    return [
+        (max(limit[0], float(p) - half), min(limit[1], float(p) + half))
+        for p, half, limit in zip(params, halves, limits, strict=True)
+    ]

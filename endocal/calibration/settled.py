@@ -50,7 +50,7 @@ def settled(
     rest = by_center / w + size**2 / (2 * np.maximum(1 - size, 0.1)) + ROUNDING
 
     to_cells = ANGLES / np.pi
-    phi = np.pi * (2 * voters.turn + (d < 0)) + np.arctan(w_imaginary / w_real)
+    phi = 2 * np.pi * voters.turn + np.arctan(w_imaginary / w_real)
     phi_move = h_lam * np.abs(b / w2) + rest
     phi, first = (np.floor((phi + move) * to_cells) for move in (phi_move, -phi_move))
     sure = (size < 0.9) & (most * (length + h) ** 2 < FOLDING) & (phi == first)
@@ -59,12 +59,11 @@ def settled(
     r_move = h_lam * np.abs((a + lam * square**2) / w2 + slope) + rest + bend
     factor = np.exp(np.minimum(r_move, 50))
     d_move = h_x * np.abs(voters.gx) + h_y * np.abs(voters.gy) + rounding
-    d = np.abs(d)
     scale = 1 / (voters.step * np.exp(log) * w)
-    r = np.floor((d + d_move) * scale * factor)
-    # Where D may change its sign, the least is below 0 and the most is not.
-    sure &= r == np.floor((d - d_move) * scale / factor)
-    return sure, (r[sure] * STRIDE + phi[sure] % (2 * ANGLES)).astype(np.int32)
+    low, high = ((d + move) * scale for move in (-d_move, d_move))
+    r = np.floor(np.maximum(high * factor, high / factor) + voters.aside)
+    sure &= r == np.floor(np.minimum(low * factor, low / factor) + voters.aside)
+    return sure, (r[sure] * STRIDE + phi[sure]).astype(np.int32)
 
 
 def _middle(values: Floats) -> tuple[float, float]:

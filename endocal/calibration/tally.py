@@ -28,9 +28,13 @@ class Tally:
         self._gains = gains
         self._there: NDArray[np.int32] | None = None
         self._total = 0.0
+        self._before = 0
         if len(settled):
-            # The last cell, which holds no vote, stands for all beyond.
-            self._there = np.bincount(settled, minlength=int(settled.max()) + 2).astype(np.int32)
+            # The first and the last cell, which hold no vote, stand for all beyond.
+            self._before = int(settled.min()) - 1
+            last = int(settled.max()) - self._before + 1
+            there = np.bincount(settled - self._before, minlength=last + 1)
+            self._there = there.astype(np.int32)
             self._total = float(gains.take(self._there).sum())
 
     @property
@@ -56,7 +60,9 @@ class Tally:
         if self._there is None:
             self._gains.take(votes, out=gained, mode="clip")
         else:
-            there = self._there.take(flat.take(starts[:-1]), mode="clip")
+            cell = flat.take(starts[:-1])
+            cell -= self._before
+            there = self._there.take(cell, mode="clip")
             votes += there
             self._gains.take(votes, out=gained, mode="clip")
             gained -= self._gains.take(there)

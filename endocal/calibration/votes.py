@@ -15,8 +15,12 @@ Cells = NDArray[np.int32]
 # Cells of the vote map: half turns over ANGLES, and px (of a 720 x 540 frame: see ``Voters.of``).
 ANGLES = 180
 OFFSET_STEP = 2.0
-# A cell's number is its offset's times this, plus its angle's, which rounding may make a whole turn.
-STRIDE = np.float32(2 * ANGLES + 1)
+# A vote is moved by up to so many cells, to both sides: see ``Voters``.
+SPREAD = 1.0
+# A cell's number is its offset's times this, plus its angle's, of which there are so many.
+STRIDE = np.float32(2 * ANGLES + 8)
+# Where half a turn of directions begins is looked for in steps of one of so many.
+SEAMS = 36
 # Past a fold each point has a cell of its own, numbered from here on: farther out than any other.
 ALONE = 1 << 30
 # From this bending on, |lam| r^2, a model is past its fold, or so near that a point may vote anywhere.
@@ -26,9 +30,17 @@ ONE, TURNS, ANGLES_OF_A_TURN = np.float32(1), np.float32(0.5 / np.pi), np.float3
 
 @dataclass(frozen=True)
 class Voters:
-    """Edge points (n,) ready to vote: places, px, unit gradients, and their angles in [0, 1/2) turns.
+    """Edge points (n,) ready to vote: places, px, unit gradients, and their angles in turns.
 
-    ``step`` px is the height of a cell of the map where a model magnifies nothing.
+    ``step`` px is the height of a cell of the map where a model magnifies nothing. Of an edge's two normals the
+    one is taken that lies in the half turn which begins where the fewest edges point: so the votes of one line
+    fall on one side, and none but those of such edges are parted.
+
+    Each point's vote is moved by an amount of its own, the same under all models: ``aside`` in cells of r, and
+    by as much in angle, which ``turn`` includes. Votes of one line that agree would else count as one cell or as
+    two, by where the borders of cells happen to lie; with a few lines of one direction, parallel bars, that
+    is as much as what tells models apart. So moved they spread over neighbouring cells, wherever the line
+    lies, as if each had been smoothed by a kernel two cells wide.
     """
 
     x: Single
@@ -36,31 +48,58 @@ class Voters:
     gx: Single
     gy: Single
     turn: Single
+    aside: Single
     step: float
 
     def __len__(self) -> int:
         return len(self.x)
 
     @classmethod
-    def of(cls, points: Floats, gradients: Floats, frame_height: float) -> Voters:
-        """Take points (n, 2) px and gradients (n, 2); the cell grows with the frame's height, px."""
-        sign = np.where(
-            (gradients[:, 1] < 0) | ((gradients[:, 1] == 0) & (gradients[:, 0] < 0)), -1, 1
-        )
-        g = gradients * (sign / np.maximum(np.linalg.norm(gradients, axis=1), 1e-12))[:, None]
+    def of(
+        cls, points: Floats, gradients: Floats, frame_height: float, spread: float = SPREAD
+    ) -> Voters:
+        """Take points (n, 2) px and gradients (n, 2); the cell grows with the frame's height, px.
+
+        ``spread`` is the most that a vote is moved by, in cells.
+        """
+        angle = np.arctan2(gradients[:, 1], gradients[:, 0])
+        seam = _emptiest(angle)
+        angle = seam + (angle - seam) % np.pi
+        # The sum of two even spreads: votes are as even as can be where they fall at random.
+        moved = spread * (_even(len(points)) + _even(len(points), 1))
         return cls(
             x=points[:, 0].astype(np.float32),
             y=points[:, 1].astype(np.float32),
-            gx=g[:, 0].astype(np.float32),
-            gy=g[:, 1].astype(np.float32),
-            turn=np.arctan2(g[:, 1], g[:, 0]).astype(np.float32) * TURNS,
+            gx=np.cos(angle).astype(np.float32),
+            gy=np.sin(angle).astype(np.float32),
+            turn=((angle + moved[:, 0] * (np.pi / ANGLES)) / (2 * np.pi)).astype(np.float32),
+            aside=moved[:, 1].astype(np.float32),
             step=OFFSET_STEP * max(1.0, frame_height / 540),
         )
 
     def only(self, chosen: Labels | slice) -> Voters:
         """Those at some places."""
-        x, y, gx, gy, turn = (v[chosen] for v in (self.x, self.y, self.gx, self.gy, self.turn))
-        return Voters(x, y, gx, gy, turn, self.step)
+        own = (self.x, self.y, self.gx, self.gy, self.turn, self.aside)
+        x, y, gx, gy, turn, aside = (v[chosen] for v in own)
+        return Voters(x, y, gx, gy, turn, aside, self.step)
+
+
+def _emptiest(angle: Floats) -> float:
+    """The direction, from 0 to pi, about which the fewest edges point, given their angles (n,)."""
+    at = np.floor(angle * (SEAMS / np.pi)).astype(np.intp) % SEAMS
+    counts = np.bincount(at, minlength=SEAMS)
+    around = 2 * counts + np.roll(counts, 1) + np.roll(counts, -1)
+    return float((np.argmin(around) + 0.5) * np.pi / SEAMS)
+
+
+def _even(count: int, seed: int = 0) -> Floats:
+    """Pairs (count, 2) from -1/2 to 1/2 that fill the square evenly, in random order.
+
+    Multiples of the inverse powers of the plastic number, the root of x^3 = x + 1.
+    """
+    plastic = 1.32471795724474602596
+    number = np.random.default_rng(seed).permutation(count)[:, None]
+    return np.asarray((number / plastic ** np.arange(1, 3)) % 1 - 0.5, np.float64)
 
 
 @dataclass(frozen=True)
@@ -68,7 +107,7 @@ class Around:
     """What the models of some centres share, (centres, 1, n) each: see z in ``hough``.
 
     ``offset`` is D in cells, ``real`` and ``imaginary`` are the parts of z^2 and ``square`` is |z|^2, px^2;
-    ``turn`` is phi_g in turns. No point is farther out than ``farthest``, px^2.
+    ``turn`` (n,), phi_g in turns, and ``aside`` (n,) are the voters'. No point is farther out than ``farthest``, px^2.
     """
 
     offset: Single
@@ -76,6 +115,7 @@ class Around:
     imaginary: Single
     square: Single
     turn: Single
+    aside: Single
     farthest: float
 
     @classmethod
@@ -87,17 +127,15 @@ class Around:
         d += dy * voters.gy
         c = np.multiply(dy, voters.gx, out=dy)
         c -= np.multiply(dx, voters.gy, out=dx)
-        turn = np.multiply(d < 0, np.float32(0.5))
-        turn += voters.turn
         imaginary = d * c
         imaginary *= np.float32(2)
-        offset = np.abs(d)
-        offset *= np.float32(1 / voters.step)
+        offset = d * np.float32(1 / voters.step)
         d *= d
         c *= c
         square = d + c
         d -= c
-        return cls(offset, d, imaginary, square, turn, float(square.max()))
+        farthest = float(square.max())
+        return cls(offset, d, imaginary, square, voters.turn, voters.aside, farthest)
 
     def some(self, at: slice) -> Around:
         """Those of some of the centres."""
@@ -106,7 +144,8 @@ class Around:
             self.real[at],
             self.imaginary[at],
             self.square[at],
-            self.turn[at],
+            self.turn,
+            self.aside,
             self.farthest,
         )
 
@@ -129,10 +168,10 @@ class Around:
         r *= real
         r *= magnifications.astype(np.float32)[:, :, None]
         np.divide(self.offset, r, out=r)
+        r += self.aside
         phi = np.arctan(ratio, out=ratio)
         phi *= TURNS
         phi += self.turn
-        phi -= np.floor(phi, out=real)
         phi *= ANGLES_OF_A_TURN
         np.floor(phi, out=phi)
         np.floor(r, out=r)

@@ -53,7 +53,7 @@ def test_it_is_the_entropy_of_the_article(seed: int, strength: float) -> None:
     lams = np.array([strength, strength / 3]) / 500**2
     xs, ys = np.array([340.0, 365.0]), np.array([262.0, 275.0])
     found = hewg(voters, lams, xs, ys)
-    plain = plain_hewg.grid(points, gradients, voters.step, lams, xs, ys)
+    plain = plain_hewg.grid(plain_hewg.Votes.of(voters), lams, xs, ys)
     # Rounding to float32 may move a few votes over a cell's border, each by 2 ln 2 / n at most when the
     # cells hold one or two votes.
     assert found == pytest.approx(plain, abs=6 * 2 * np.log(2) / len(points))
@@ -69,7 +69,7 @@ def test_the_vote_of_an_edge_point_does_not_depend_on_which_side_is_bright() -> 
 
 def test_under_the_true_model_each_line_is_one_cell() -> None:
     points, gradients, labels = edges_on_lines(TRUTH)
-    voters = Voters.of(points, gradients, SIZE[1])
+    voters = Voters.of(points, gradients, SIZE[1], spread=0)
     found = hewg(voters, np.array([TRUTH.lam]), *(np.array([c]) for c in TRUTH.center))
     p = np.bincount(labels) / len(points)
     # At the magnification there, rounding may split a line that lies on the border of two cells.
@@ -143,7 +143,7 @@ def test_a_cell_has_the_articles_size() -> None:
         along = np.tile(np.linspace(-100, 100, 50), 2)
         tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
         points = (360, 270) + offset[:, None] * normal + along[:, None] * tangent
-        voters = Voters.of(points, normal, 540)
+        voters = Voters.of(points, normal, 540, spread=0)
         return hewg(voters, np.array([0.0]), np.array([360.0]), np.array([270.0])).item()
 
     one_degree = 180 / ANGLES

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..directions import directions_along
 from ..edges import EdgePoints, edge_directions
 from ..measured_fit import View
 from ..search import Found, Measure, search
@@ -18,10 +19,15 @@ __all__ = ["Measure", "NamedMeasure", "Prepare", "over_grid", "voting_edges"]
 # (points (n, 2) px, gradients (n, 2), the frame's size (width, height) px) -> the measure over them.
 Prepare = Callable[[Floats, Floats, tuple[float, float]], Measure]
 
-# An edge point votes where its surroundings are so much of one direction (see edge_directions); yet at
-# least this share of all points does.
-ONE_DIRECTION = 0.8
+# An edge point votes where what is around it is so much of one direction (see edge_directions) within half the
+# size that is looked at, and where the points along its edge, this share of it to both sides, tell that.
+ONE_DIRECTION = 0.6
+REACH = 0.7
+# At least this share of all points votes; and so many more than are wanted are looked at.
 FEWEST_VOTERS = 0.2
+SPARE = 1.5
+# Searches that follow the first, at most, around what was found (see search).
+AGAIN = 3
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,9 @@ class NamedMeasure:
     def solve(self, task: Task) -> Found:
         """Minimise it by Algorithm 1."""
         spec = task.spec
-        return search(self.over(task), task.region, spec.samples, spec.epsilon, spec.max_rounds)
+        again = 0 if spec.refine else AGAIN
+        measure = self.over(task)
+        return search(measure, task.region, spec.samples, spec.epsilon, spec.max_rounds, again)
 
 
 def over_grid(cost: Callable[[float, float, float], float]) -> Measure:
@@ -65,12 +73,18 @@ def over_grid(cost: Callable[[float, float, float], float]) -> Measure:
 def voting_edges(view: View, sobel: int, most: int) -> EdgePoints:
     """Return at most ``most`` edge points of a view, drawn evenly, with the normals of their edges.
 
-    Points that see more than one direction within ``sobel`` px, next to a crossing of lines above all, are
-    left out: they would vote for lines that are not there.
+    Normals are those of the lines through the points along the edges (see ``directions_along``), and points are
+    moved onto these. ``sobel`` px is the size of what is looked at. Points that see more than one direction,
+    next to a crossing of lines above all, are left out: they would vote for lines that are not there.
     """
-    normals, one_direction = edge_directions(view.grey, view.edges.points, sobel)
-    least = min(ONE_DIRECTION, float(np.quantile(one_direction, 1 - FEWEST_VOTERS)))
-    chosen = np.flatnonzero(one_direction >= least)
-    if len(chosen) > most:
-        chosen = np.random.default_rng(0).permutation(chosen)[:most]
-    return EdgePoints(view.edges.points[chosen], normals[chosen])
+    edges = view.edges
+    normals, one_direction = edge_directions(view.grey, edges.points, sobel // 2 | 1)
+    normals *= np.where((normals * edges.gradients).sum(axis=1) < 0, -1, 1)[:, None]
+    clear = one_direction >= min(ONE_DIRECTION, np.quantile(one_direction, 1 - FEWEST_VOTERS))
+    edges = EdgePoints(edges.points, normals).take(clear)
+    drawn = np.random.default_rng(0).permutation(len(edges))[: int(SPARE * most)]
+    voters, told = directions_along(edges, drawn, REACH * sobel)
+    # Where lines are too short for that, others vote, too, by the gradients around them.
+    fewest = min(most, int(FEWEST_VOTERS * len(view.edges)), len(drawn))
+    first = np.argsort(~told, kind="stable")
+    return voters.take(first[: min(most, max(fewest, np.count_nonzero(told)))])
