@@ -1,7 +1,9 @@
 """Print how near bare methods come on random boards: ``make bench-methods``.
 
 Boards of ``endocal.synth.random`` whose lam R^2 is -0.3 or less, R being the farthest visible pixel's radius.
-A method is near where lambda is within 8 % and the centre within 10 px of a 540-line frame.
+A method is near where lambda is within 8 % and the centre within 10 px, in a picture of 720x540. So the same
+scenes are drawn twice: in frames of 720x540, and of all sizes; in these the 10 px are in proportion to the
+frame's height.
 """
 
 from __future__ import annotations
@@ -33,6 +35,9 @@ from endocal.synth.random import random_board
 
 WEAKEST = -0.3
 NEAR_LAMBDA, NEAR_CENTER, LINES = 0.08, 10.0, 540
+SIZE = (720, 540)
+
+Size = tuple[int, int] | None
 
 
 @dataclass(frozen=True)
@@ -55,28 +60,40 @@ class Outcome:
 def main() -> None:
     """Run what the command line asks for, and print it."""
     args = parse()
-    seeds = list(seeds_from(args.first, args.boards))
-    work = [(seed, method) for seed in seeds for method in args.method.split(",")]
     with ProcessPoolExecutor(args.processes, get_context("spawn"), _one_thread_each) as pool:
-        outcomes = []
-        for outcome in pool.map(run, work):
-            print(f"\r{outcome.seed}", end="", file=sys.stderr, flush=True)
-            outcomes.append(outcome)
-    print(f"\n{len(seeds)} random boards of λR² ≤ {WEAKEST}, seeds {seeds[0]} to {seeds[-1]}\n")
+        for size in (SIZE, None):
+            seeds = list(seeds_from(args.first, args.boards, size))
+            work = [(seed, method, size) for seed in seeds for method in args.method.split(",")]
+            outcomes = []
+            for outcome in pool.map(run, work):
+                print(f"\r{outcome.seed}", end="", file=sys.stderr, flush=True)
+                outcomes.append(outcome)
+            frames = "frames of all sizes" if size is None else f"{size[0]}x{size[1]}"
+            print(
+                f"\n{len(seeds)} random boards of λR² ≤ {WEAKEST}, {frames},"
+                f" seeds {seeds[0]} to {seeds[-1]}\n"
+            )
+            tell(outcomes, args.method.split(","))
+
+
+def tell(outcomes: list[Outcome], methods: list[str]) -> None:
+    """Print the table of some boards, and those that are not near."""
     print(
         "| method | boards | near | λ off by: median | centre, px: median | RMSE, px: mean | median |"
     )
     print("|---|---|---|---|---|---|---|")
-    for method in args.method.split(","):
+    for method in methods:
         own = [o for o in outcomes if o.method == method]
         for title, pattern in (("all", None), ("chessboards", "chessboard"), ("bars", "lines")):
             group = [o for o in own if pattern in (None, o.pattern)]
             if group:
                 print(row(f"{method}, {title}", group))
     far = [
-        f"{o.seed} ({o.pattern}, {o.lam:+.1%}, {o.center:.1f} px)" for o in outcomes if not o.near
+        f"{o.seed} ({o.method}, {o.pattern}, {o.lam:+.1%}, {o.center:.1f} px)"
+        for o in outcomes
+        if not o.near
     ]
-    print(f"\nNot near: {', '.join(far) or 'none'}")
+    print(f"\nNot near: {', '.join(far) or 'none'}", flush=True)
 
 
 def row(title: str, group: list[Outcome]) -> str:
@@ -100,20 +117,20 @@ def parse() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def seeds_from(first: int, count: int) -> Iterator[int]:
+def seeds_from(first: int, count: int, size: Size) -> Iterator[int]:
     """Yield the seeds of boards that are bent enough."""
     seed = first
     while count > 0:
-        if strength_of(random_board(seed)) <= WEAKEST:
+        if strength_of(random_board(seed, size)) <= WEAKEST:
             yield seed
             count -= 1
         seed += 1
 
 
-def run(work: tuple[int, str]) -> Outcome:
+def run(work: tuple[int, str, Size]) -> Outcome:
     """Run a method on the board of a seed."""
-    seed, method = work
-    scene = random_board(seed)
+    seed, method, size = work
+    scene = random_board(seed, size)
     truth = scene.model
     try:
         spec = CalibrationSpec(method=method, refine=False)

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Votes:
-    """The votes of ``points`` (n, 2) px, ``angles`` (n,) being those of their gradients, or the opposite ones.
+    """The votes of ``points`` (n, 2) px, ``angles`` (n,) being those of their gradients or the opposite.
 
     ``step`` px is the height of a cell of the vote map where a model magnifies nothing; ``moved`` (n, 2), in
     cells, is by how much votes are moved in angle and offset.

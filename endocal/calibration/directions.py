@@ -1,10 +1,10 @@
 """The direction of an edge at each of its points, from the points along it.
 
-A gradient, however large its mask, tells a direction from grey levels on one place of the edge, and noise on
-them turns it by half a degree and more. The sub-pixel points of the same edge to both sides tell it better: the
-straight line through those within reach has less than half the error, and the point moved onto it less noise
-across the edge. A bent edge does no harm as long as the points lie to both sides evenly, since its tangent is
-parallel to the chord; where they do not, at the end of a square's side, the direction is not told.
+A gradient, however large its mask, tells a direction from the grey levels at one place of the edge, and
+noise on them turns it by half a degree and more. The sub-pixel points of the same edge to both sides tell it
+better: the straight line through those within reach has half the error or less, and the point moved onto it
+less noise across the edge. A bent edge does no harm as long as the points lie to both sides evenly, since its
+tangent is parallel to the chord; where they do not, at the end of a square's side, the direction is not told.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from .edges import EdgePoints
 from .straightness import Floats, Labels
 
-# A point of the same edge lies at most so far, px and share of the distance, off the direction known so far ...
+# A point of the same edge lies at most so far, px and share of the distance, off the direction known ...
 ASIDE, ASIDE_SHARE = 1.0, 0.15
 # ... and its normal is that of the edge to this cosine, the same side being bright.
 ALIKE = 0.85
@@ -43,7 +43,9 @@ def directions_along(
     told = np.zeros(len(chosen), bool)
     for start in range(0, len(chosen), BLOCK):
         part = slice(start, start + BLOCK)
-        distance, near = tree.query(points[part], np.arange(1, most + 1), distance_upper_bound=reach)
+        distance, near = tree.query(
+            points[part], np.arange(1, most + 1), distance_upper_bound=reach
+        )
         slope, offset, told[part] = _lines(edges, chosen[part], near, np.isfinite(distance), reach)
         n = normals[part]
         tangents = np.stack([-n[:, 1], n[:, 0]], axis=1)

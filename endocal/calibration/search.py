@@ -50,12 +50,15 @@ def search(
     sample.
 
     The valley of an entropy may be narrower than the first round's steps, and run askew to the axes: then it
-    is left after that round, for good. So up to ``again`` times the search is done again around what it found,
-    AROUND_LAMBDA to both sides and half of the centre's region, as long as that finds something better.
+    is left after that round, for good. So up to ``again`` times the search is done again around what it
+    found, AROUND_LAMBDA to both sides and half of the centre's region, while that finds something better.
     """
     limits = (region.lam, region.x, region.y)
     best = _narrowed(measure, limits, limits, samples, epsilon, max_rounds)
-    shares = (AROUND_LAMBDA * abs(best.params[0]), *(AROUND_CENTER * (b - a) / 2 for a, b in limits[1:]))
+    shares = (
+        AROUND_LAMBDA * abs(best.params[0]),
+        *(AROUND_CENTER * (b - a) / 2 for a, b in limits[1:]),
+    )
     for _ in range(again):
         ranges = _clipped(best.params, shares, limits)
         other = _narrowed(measure, ranges, limits, samples, epsilon, max_rounds)

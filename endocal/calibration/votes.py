@@ -32,15 +32,15 @@ ONE, TURNS, ANGLES_OF_A_TURN = np.float32(1), np.float32(0.5 / np.pi), np.float3
 class Voters:
     """Edge points (n,) ready to vote: places, px, unit gradients, and their angles in turns.
 
-    ``step`` px is the height of a cell of the map where a model magnifies nothing. Of an edge's two normals the
-    one is taken that lies in the half turn which begins where the fewest edges point: so the votes of one line
-    fall on one side, and none but those of such edges are parted.
+    ``step`` px is the height of a cell of the map where a model magnifies nothing. Of an edge's two normals
+    the one is taken that lies in the half turn which begins where the fewest edges point: so the votes of one
+    line fall on one side, and none but those of such edges are parted.
 
-    Each point's vote is moved by an amount of its own, the same under all models: ``aside`` in cells of r, and
-    by as much in angle, which ``turn`` includes. Votes of one line that agree would else count as one cell or as
-    two, by where the borders of cells happen to lie; with a few lines of one direction, parallel bars, that
-    is as much as what tells models apart. So moved they spread over neighbouring cells, wherever the line
-    lies, as if each had been smoothed by a kernel two cells wide.
+    Each point's vote is moved by an amount of its own, the same under all models: ``aside`` in cells of r,
+    and by as much in angle, which ``turn`` includes. Votes that agree would else count as one cell or as two,
+    by where the borders of cells happen to lie; with a few lines of one direction, parallel bars, that is as
+    much as what tells models apart. So moved they spread over neighbouring cells, wherever the line lies, as
+    if the map had been smoothed by a kernel two cells wide.
     """
 
     x: Single
@@ -107,7 +107,8 @@ class Around:
     """What the models of some centres share, (centres, 1, n) each: see z in ``hough``.
 
     ``offset`` is D in cells, ``real`` and ``imaginary`` are the parts of z^2 and ``square`` is |z|^2, px^2;
-    ``turn`` (n,), phi_g in turns, and ``aside`` (n,) are the voters'. No point is farther out than ``farthest``, px^2.
+    ``turn`` (n,), phi_g in turns, and ``aside`` (n,) are the voters'. No point is farther out than
+    ``farthest``, px^2.
     """
 
     offset: Single

@@ -53,10 +53,13 @@ DEEPEST = -0.9
 FEWEST_LINES, MOST_LINES = 8, 20
 
 
-def random_board(seed: int) -> BoardScene:
-    """Draw scene number ``seed``; the same seed gives the same scene and the same picture."""
+def random_board(seed: int, size: tuple[int, int] | None = None) -> BoardScene:
+    """Draw scene number ``seed``; the same seed gives the same scene and the same picture.
+
+    ``size`` is the frame's, (width, height) px, where it is not to be drawn; all else is then drawn alike.
+    """
     rng = np.random.default_rng(seed)
-    model, circle, reach = _lens(rng)
+    model, circle, reach = _lens(rng, size)
     middle = circle.center if circle else ((model.size[0] - 1) / 2, (model.size[1] - 1) / 2)
     light = rng.uniform(0.55, 0.95)
     scene = BoardScene(
@@ -86,9 +89,12 @@ def random_board(seed: int) -> BoardScene:
     )
 
 
-def _lens(rng: np.random.Generator) -> tuple[DivisionModel, ContentCircle | None, float]:
+def _lens(
+    rng: np.random.Generator, size: tuple[int, int] | None
+) -> tuple[DivisionModel, ContentCircle | None, float]:
     """Draw the model, the content circle, and the radius that visible content reaches, in px."""
-    w, h = SIZES[rng.integers(len(SIZES))]
+    drawn = SIZES[rng.integers(len(SIZES))]
+    w, h = size or drawn
     cx = (w - 1) / 2 + rng.uniform(-0.05, 0.05) * w
     cy = (h - 1) / 2 + rng.uniform(-0.05, 0.05) * h
     corner = math.hypot(max(cx, w - 1 - cx), max(cy, h - 1 - cy)) + 1

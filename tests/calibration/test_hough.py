@@ -151,3 +151,45 @@ def test_a_cell_has_the_articles_size() -> None:
     assert entropy_of(0.4 * one_degree, 1.0) == pytest.approx(0, abs=1e-6)
     assert entropy_of(0.6 * one_degree, 0) == pytest.approx(np.log(2), abs=1e-6)
     assert entropy_of(0, 2.0) == pytest.approx(np.log(2), abs=1e-6)
+
+
+def entropy_of(points: np.ndarray, normals: np.ndarray, **spread: float) -> float:
+    """Under no distortion and the centre (360, 270)."""
+    voters = Voters.of(points, normals, 540, **spread)
+    return hewg(voters, np.array([0.0]), np.array([360.0]), np.array([270.0])).item()
+
+
+def test_where_the_borders_of_cells_lie_tells_no_line_from_another() -> None:
+    # 500 votes for one line, which noise scatters by a fifth of a cell.
+    rng = np.random.default_rng(0)
+    phi = np.deg2rad(40.0 + rng.normal(0, 0.2, 500))
+    along = np.linspace(-100, 100, 500)
+
+    def entropies(**spread: float) -> list[float]:
+        found = []
+        for i in range(8):
+            # Across a cell in eight steps, of an eighth of its 2 px and of its degree.
+            normal = np.array([np.cos(phi + np.deg2rad(i / 8)), np.sin(phi + np.deg2rad(i / 8))]).T
+            tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+            points = (360, 270) + (100 + i / 4) * normal + along[:, None] * tangent
+            found.append(entropy_of(points, normal, **spread))
+        return found
+
+    assert np.ptp(entropies()) < 0.15
+    assert np.ptp(entropies(spread=0)) > 0.7
+
+
+@pytest.mark.parametrize("degrees", [0.0, 45.0, 90.0, 135.0])
+def test_noise_parts_no_line_in_two(degrees: float) -> None:
+    # The normals of parallel lines waver about a direction, also about that where an angle begins anew.
+    phi = np.deg2rad(degrees + np.random.default_rng(0).normal(0, 0.3, 2000))
+    normal = np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    offset = np.repeat([-120.0, -40.0, 40.0, 120.0], 500)
+    upright = np.deg2rad(degrees)
+    along = np.tile(np.linspace(-5, 5, 500), 4)[:, None] * (-np.sin(upright), np.cos(upright))
+    points = (360, 270) + offset[:, None] * (np.cos(upright), np.sin(upright)) + along
+    signs = np.random.default_rng(1).choice([-1, 1], 2000)[:, None]
+    found = entropy_of(points, normal * signs)
+    # Each line spreads by the same kernel; where all were parted in two, ln 2 would come on top.
+    assert found == pytest.approx(entropy_of(points, normal), abs=1e-9)
+    assert found < np.log(4) + 2.2

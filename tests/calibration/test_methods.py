@@ -123,6 +123,15 @@ def test_a_known_lens_is_found(name: str) -> None:
     assert found.model.lam == pytest.approx(scene.model.lam, rel=NEAR[name])
 
 
+@pytest.mark.parametrize(("kind", "noise"), [("chessboard", 9.0), ("lines", 2.0)])
+def test_bare_hewg_places_the_centre(kind: str, noise: float) -> None:
+    # Noise, and bars, whose centre only small differences tell: lambda to 8 %, the centre to 10 px.
+    scene = board(lam=-4e-6, center=(331.0, 232.0), kind=kind, tilt=30.0, noise=noise)
+    found = calibrate(render_board(scene), CalibrationSpec(refine=False)).model
+    assert found.lam == pytest.approx(scene.model.lam, rel=0.08)
+    assert np.hypot(*np.subtract(found.center, scene.model.center)) < 10
+
+
 def test_hewog_is_degenerate() -> None:
     # The article's Fig. 1: a weak distortion makes the picture small, and the map's entropy with it.
     scene = board(**SMALL)

@@ -77,3 +77,39 @@ def test_the_best_of_all_rounds_is_returned() -> None:
     calls: list[int] = []
     found = search(cost, REGION, 10, 1e-9, 20)
     assert found.params[0] == -1e-5
+
+
+def valley(lam: float, x: float, y: float):
+    """A narrow valley askew to the axes, deepest at one point: its walls hide the floor from wide steps."""
+
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        a = ((lams - lam) / 1e-6)[:, None, None]
+        b = ((xs - x) / 10)[:, None]
+        off = a - 0.15 * b + 0 * ys
+        return np.minimum(np.abs(off) / 0.05, 1) + 0.02 * np.hypot(b, (ys - y) / 10)
+
+    return cost
+
+
+def test_a_valley_that_the_first_round_leaves_is_found_again() -> None:
+    cost = valley(-4.03e-6, 371.0, 262.0)
+    first = search(cost, REGION, 10, 1e-9, 20)
+    found = search(cost, REGION, 10, 1e-9, 20, again=3)
+    assert found.cost < first.cost - 0.01
+    assert found.rounds > first.rounds
+    assert np.hypot(found.params[1] - 371, found.params[2] - 262) < 3
+    assert np.hypot(first.params[1] - 371, first.params[2] - 262) > 5
+
+
+def test_it_is_done_again_only_while_that_finds_better() -> None:
+    first = search(bowl(-5e-6, 360, 270), REGION, 10, 1e-9, 20)
+    calls = []
+
+    def cost(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        calls.append(1)
+        return np.maximum(bowl(-5e-6, 360, 270)(lams, xs, ys), first.cost)
+
+    found = search(cost, REGION, 10, 1e-9, 20, again=5)
+    assert list(found.params) == list(first.params)
+    # One more search, around what was found, and no third.
+    assert first.rounds < len(calls) == found.rounds < 2 * first.rounds

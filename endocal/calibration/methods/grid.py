@@ -19,8 +19,8 @@ __all__ = ["Measure", "NamedMeasure", "Prepare", "over_grid", "voting_edges"]
 # (points (n, 2) px, gradients (n, 2), the frame's size (width, height) px) -> the measure over them.
 Prepare = Callable[[Floats, Floats, tuple[float, float]], Measure]
 
-# An edge point votes where what is around it is so much of one direction (see edge_directions) within half the
-# size that is looked at, and where the points along its edge, this share of it to both sides, tell that.
+# An edge point votes where what is around it is so much of one direction (see edge_directions) within half
+# the size that is looked at, and where the points along its edge, this share of it to both sides, tell that.
 ONE_DIRECTION = 0.6
 REACH = 0.7
 # At least this share of all points votes; and so many more than are wanted are looked at.
@@ -73,9 +73,10 @@ def over_grid(cost: Callable[[float, float, float], float]) -> Measure:
 def voting_edges(view: View, sobel: int, most: int) -> EdgePoints:
     """Return at most ``most`` edge points of a view, drawn evenly, with the normals of their edges.
 
-    Normals are those of the lines through the points along the edges (see ``directions_along``), and points are
-    moved onto these. ``sobel`` px is the size of what is looked at. Points that see more than one direction,
-    next to a crossing of lines above all, are left out: they would vote for lines that are not there.
+    Normals are those of the lines through the points along the edges (see ``directions_along``), and points
+    are moved onto these. ``sobel`` px is the size of what is looked at. Points that see more than one
+    direction, next to a crossing of lines above all, are left out: they would vote for lines that are not
+    there.
     """
     edges = view.edges
     normals, one_direction = edge_directions(view.grey, edges.points, sobel // 2 | 1)

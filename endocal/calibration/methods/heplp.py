@@ -7,7 +7,8 @@ where V is not: H2 gathers there the votes of all lines through V, as parallel l
 vanishing point. The entropy of H2 is minimised.
 
 What the article leaves open, and what is done here: the line of a cell is the one through its middle;
-DIRECTIONS samples of w and as many cells of rho over half a turn; eq. 13's second vector ends in -r, not r
+DIRECTIONS samples of w and RHOS cells of rho over half a turn, since in wider ones neighbouring lines would
+count as one, and models that draw lines together would win; eq. 13's second vector ends in -r, not r
 (x cos t + y sin t = r is (cos t, sin t, -r)); points that the model cannot undistort, or whose line passes
 farther than FARTHEST times the frame's diagonal from P, vote for cells of their own.
 """
@@ -27,6 +28,7 @@ Cells = NDArray[np.uint8]
 ANGLES = 180
 STEP = 2.0
 DIRECTIONS = 90
+RHOS = 250
 FARTHEST = 3.0
 # The second map costs DIRECTIONS votes a cell of the first.
 MOST_POINTS = 4000
@@ -38,7 +40,7 @@ def prepare(points: Floats, gradients: Floats, size: tuple[float, float]) -> Mea
     step = STEP * max(1.0, size[1] / 540)
     half = int(np.ceil(FARTHEST * np.hypot(*size) / step))
     q = ((size[0] - 1) / 2, (size[1] - 1) / 2)
-    second = SecondMap(q, DIRECTIONS, DIRECTIONS)
+    second = SecondMap(q, DIRECTIONS, RHOS)
     table = _of_every_cell(second, step, half)
 
     def cost(lam: float, cx: float, cy: float) -> float:
