@@ -128,6 +128,6 @@ off by (Δ, Δ). RMSE in px of the corrected picture, over points of the true li
 {figure("fig11", "RMSE over the shift of the centre, by Sobel size, and of HTRDC", draw, (8.0, 3.2))}
 {table(heads, rows)}
 The article found 21x21 best. {found.verdict}
-Sizes are those of all that is looked at: gradients by a mask of half the size, averaged as a structure tensor
-over the rest (`endocal.calibration.edges.edge_directions`).
+A size says how far along an edge its points tell the direction, 0.7 of it to both sides
+(`endocal.calibration.directions.directions_along`); which points see one direction only, half of it tells.
 """

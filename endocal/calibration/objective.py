@@ -14,7 +14,7 @@ from .spec import CalibrationSpec
 from .straightness import Floats
 
 # Where Algorithm 1 only finds a start, so many points vote at most, drawn evenly.
-MOST_VOTERS_FOR_START = 5_000
+MOST_VOTERS_FOR_START = 2_500
 # The search ends where lambda is as good as zero, px^-2 (METHOD: [-1 / r_max^2, -1e-7]).
 SMALLEST_LAMBDA = -1e-7
 

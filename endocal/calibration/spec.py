@@ -23,7 +23,8 @@ class CalibrationSpec:
     ``method`` is a name in the registry of methods; ``refine`` turns the plumb-line refinement on.
     ``center`` is "free" (searched), "image" (the frame's centre) or an (x, y) in px to keep.
     ``samples`` per axis of Algorithm 1 and ``epsilon``, the range of lambda in px^-2 at which it stops, are
-    the article's. ``sobel`` is the size in px of the mask that gives the gradients that vote. ``roi`` is
+    the article's. ``sobel`` is how many px around an edge point tell its direction, the
+    article's size of a mask. ``roi`` is
     (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
     ``pixel_aspect`` is a pixel's width over its height. ``lines`` are lines that somebody chose in the
     picture, for the methods that take some. Raises UsageError for values that make no sense.

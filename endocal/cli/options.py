@@ -49,7 +49,11 @@ Center = Annotated[
 ]
 Samples = Annotated[int, typer.Option(metavar="S", help="Samples per axis of the search.")]
 Sobel = Annotated[
-    int, typer.Option(metavar="K", help="Size of the Sobel mask whose gradients vote, px, odd.")
+    int,
+    typer.Option(
+        metavar="K",
+        help="Px around an edge that tell its direction, the article's Sobel size; odd.",
+    ),
 ]
 Roi = Annotated[
     str | None,
