@@ -1,7 +1,8 @@
 """Print how accurate calibration is: ``make bench-calibration``.
 
-On random boards with known truth, a fixed range of seeds and a fresh one, and on real pictures, each scored
-on corners that were found without endocal's calibration. ``--json FILE`` writes all of it for programs.
+On random boards with known truth, a fixed range of seeds and a fresh one; on boards seen through fisheyes,
+which are no division models; and on real pictures. The latter two are scored on corners that were found
+without endocal's calibration. ``--json FILE`` writes all of it for programs.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 # Before NumPy is loaded, here and in the processes that inherit it: they fill the processors already.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from endocal.benchmarks import real_boards, synthetic_boards
+from endocal.benchmarks import fisheye_boards, real_boards, synthetic_boards
 from endocal.benchmarks.synthetic_boards import Outcome
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -42,6 +43,13 @@ def main() -> None:
                 "summary": synthetic_boards.summarise(outcomes).data(),
                 "boards": [o.data() for o in outcomes],
             }
+    if args.fisheyes:
+        seeds = range(args.first, args.first + args.fisheyes)
+        tell(f"{args.fisheyes} boards through fisheyes, seeds {seeds[0]} to {seeds[-1]}")
+        through = fisheye_boards.run(seeds, args.processes, tick)
+        tell("")
+        print_fisheyes(seeds, through)
+        report["fisheyes"] = [o.data() for o in through]
     folder = Path(os.environ.get("ENDOCAL_REAL_DATA", ROOT.parent / "shared" / "data")) / "boards"
     if args.no_real or not (folder / "corners.json").exists():
         tell(
@@ -63,6 +71,9 @@ def parse(line: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument(
         "--boards", type=int, default=200, help="of each range of seeds; 0 for none"
+    )
+    parser.add_argument(
+        "--fisheyes", type=int, default=60, help="boards through fisheyes; 0 for none"
     )
     parser.add_argument("--first", type=int, default=0, help="the first fixed seed (default 0)")
     parser.add_argument(
@@ -103,6 +114,33 @@ def print_boards(name: str, seeds: range, outcomes: Sequence[Outcome]) -> None:
         size = f"{o.size[0]}x{o.size[1]}"
         off = [f"{o.lam_error:.2%}", f"{o.center_error:.2f} px"]
         print(row([str(o.seed), size, o.pattern, f"{o.strength:.2f}", *off, verdict]))
+
+
+def print_fisheyes(seeds: range, outcomes: Sequence[fisheye_boards.Outcome]) -> None:
+    """Print the table of the fisheyes' boards, and those that are far from the least straightness."""
+    print(f"\n## Boards through fisheyes, seeds {seeds[0]} to {seeds[-1]}\n")
+    heads = ["", "boards", "s/f: median", "90 %", "worst", "beyond 2 f and f + 0.2 px"]
+    print(row(heads), row(["---"] * len(heads)), sep="\n")
+    for model in real_boards.MODELS:
+        own = [o for o in outcomes if o.model == model]
+        groups = {
+            model: own,
+            "f is a lens": [o for o in own if not o.degenerate],
+            "f is none: a corner at the pole": [o for o in own if o.degenerate],
+        }
+        for title, group in groups.items():
+            if group:
+                s = fisheye_boards.summarise(group)
+                figures = [number(v, 2) for v in (s.median, s.p90, s.worst)]
+                far = " ".join(str(seed) for seed in s.far) or "none"
+                print(row([title, str(s.boards), *figures, far]))
+    print("\nThose beyond:\n")
+    heads = ["seed", "lens", "farthest corner", "model", "s", "f", "sends a corner out", "verdict"]
+    print(row(heads), row(["---"] * len(heads)), sep="\n")
+    for o in outcomes:
+        if not o.near:
+            cells = [str(o.seed), o.lens, f"{o.angle:.0f}°", o.model, number(o.s), number(o.floor)]
+            print(row([*cells, f"{o.far_out:.0f} times", o.verdict]))
 
 
 def print_pictures(pictures: tuple[real_boards.Picture, ...]) -> None:
@@ -146,7 +184,7 @@ def tell(message: str) -> None:
     print(message, file=sys.stderr, flush=True)
 
 
-def tick(outcome: Outcome) -> None:
+def tick(outcome: Outcome | fisheye_boards.Outcome) -> None:
     """Show on stderr which board is done."""
     print(f"\r{outcome.seed}", end="", file=sys.stderr, flush=True)
 

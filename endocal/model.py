@@ -80,7 +80,7 @@ class DivisionModel:
         Points at or beyond ``valid_radius`` come back as NaN.
         """
         d, q = self._offsets(points)
-        denominator = 1 + q * (self.lam + q * self.lam2)
+        denominator = self.denominator(q)
         with np.errstate(divide="ignore", invalid="ignore"):
             out = d / denominator[..., None] + self.center
         out[q >= self.valid_radius**2] = np.nan
@@ -94,6 +94,10 @@ class DivisionModel:
         """
         d, q = self._offsets(points)
         return d * self.radial_ratio(q)[..., None] + self.center
+
+    def denominator(self, q: NDArray[np.floating]) -> NDArray[np.floating]:
+        """r_d / r_u for squared distorted radii ``q`` in px^2, also where the map does not hold."""
+        return 1 + q * (self.lam + q * self.lam2)
 
     def radial_ratio(self, squared_radius: NDArray[np.float64]) -> NDArray[np.float64]:
         """r_d / r_u for squared undistorted radii in px^2; NaN where no distorted radius exists."""

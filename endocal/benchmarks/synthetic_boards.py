@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -23,6 +23,8 @@ from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError
 from ..synth.board import BoardScene, render_board
 from ..synth.random import random_board
+
+T = TypeVar("T")
 
 # A model that is off by more than this and called good is wrong in silence.
 SILENT_ERROR = 0.02
@@ -84,7 +86,7 @@ def run(
 ) -> tuple[Outcome, ...]:
     """Render and calibrate the boards of these seeds, in order; ``progress`` gets each as it is done."""
     outcomes = []
-    for outcome in _outcomes(list(seeds), processes):
+    for outcome in each(run_board, list(seeds), processes):
         progress(outcome)
         outcomes.append(outcome)
     return tuple(outcomes)
@@ -152,12 +154,13 @@ def worst(outcomes: Sequence[Outcome], count: int) -> list[Outcome]:
     return by_lam + [o for o in by_center if o not in by_lam]
 
 
-def _outcomes(seeds: list[int], processes: int) -> Iterator[Outcome]:
+def each(board: Callable[[int], T], seeds: Sequence[int], processes: int) -> Iterator[T]:
+    """Yield what ``board`` makes of each seed, in order, worked out in so many processes."""
     if processes == 1:
-        yield from map(run_board, seeds)
+        yield from map(board, seeds)
         return
     with ProcessPoolExecutor(processes, get_context("spawn"), _one_thread_each) as pool:
-        yield from pool.map(run_board, seeds)
+        yield from pool.map(board, seeds)
 
 
 def _one_thread_each() -> None:
@@ -170,7 +173,7 @@ def _errors(
 ) -> tuple[float, float, tuple[float, float, float] | None]:
     if found is None:
         return math.inf, math.inf, None
-    true, model, sigma = scene.model, found.model, found.uncertainty
+    true, model, sigma = scene.division, found.model, found.uncertainty
     errors = (
         model.lam - true.lam,
         model.center[0] - true.center[0],
@@ -185,7 +188,7 @@ def _errors(
 
 def strength_of(scene: BoardScene) -> float:
     """Return lam R^2, R being the radius of the farthest visible pixel."""
-    model, circle = scene.model, scene.circle
+    model, circle = scene.division, scene.circle
     boundary = Boundary(circle.center, circle.diameter, 0.0, 1.0) if circle else None
     return model.lam * content_radius(model.center, model.size, boundary, model.pixel_aspect) ** 2
 

@@ -11,8 +11,15 @@ from .._version import __version__
 from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
-from .fit import covariance
-from .measured_fit import MODEL_HOLDS, Refined, departure_from_model, misfit_of_views
+from .measured_fit import (
+    MODEL_HOLDS,
+    Refined,
+    departs,
+    departure_from_model,
+    fit_again,
+    misfit_of_views,
+    straightened,
+)
 from .methods.registry import method_named
 from .objective import task_of
 from .quality import Evidence, judge
@@ -31,6 +38,8 @@ OUTLYING = 5.0
 OUTLYING_PICTURE = 2.5
 # Straightness that a model monotonic over all of the content may cost.
 ALMOST_AS_STRAIGHT = 1.15
+# A second parameter may not fold the picture within so many times the radius that the lines reach.
+SEEN = 1.02
 
 
 @dataclass(frozen=True)
@@ -149,16 +158,24 @@ def _refine(scene: Scene, spec: CalibrationSpec, found: Found) -> tuple[Refined,
             " the view is needed"
         )
     if spec.model == "division":
-        return refined, 0.0
+        if not departs(refined):
+            return refined, 0.0
+        # A model that follows the lens more closely finds its lines whole.
+        two = refine(views, start, reach, prior, True, SEEN * _farthest(refined))
+        if two is not None and len(two.measured.points) > len(refined.measured.points):
+            refined = fit_again(two, refined.fit.params, reach, prior, 0.0)
+        return straightened(refined, reach, prior, 0.0), 0.0
     # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
     # sphere has content that no flat picture holds: then as far as the lines reach.
-    radii = (scene.content_radius(start[1:3]), 1.02 * _farthest(refined))
+    radii = (scene.content_radius(start[1:3]), SEEN * _farthest(refined))
     whole, seen = (refine(views, start, reach, prior, True, radius) for radius in radii)
     if seen is None or (
         whole is not None and whole.fit.sigma <= ALMOST_AS_STRAIGHT * seen.fit.sigma
     ):
-        return (whole or refined), radii[0]
-    return seen, radii[1]
+        chosen, radius = whole or refined, radii[0]
+    else:
+        chosen, radius = seen, radii[1]
+    return straightened(chosen, reach, prior, radius) if departs(chosen) else chosen, radius
 
 
 def _farthest(refined: Refined) -> float:
@@ -172,7 +189,7 @@ def _calibration(
 ) -> tuple[Calibration, Workings]:
     fit = refined.fit
     full = np.zeros((len(fit.params), len(fit.params)))
-    full[np.ix_(fit.free, fit.free)] = covariance(fit, refined.measured.labels)
+    full[np.ix_(fit.free, fit.free)] = refined.covariance
     sigmas = np.sqrt(np.maximum(np.diag(full), 0))
     model = _model(scene, spec, fit.params)
     uncertainty = Uncertainty(

@@ -68,6 +68,7 @@ def fit_model(
     rounds: int = 30,
     monotonic: float = 0.0,
     trust: Floats | None = None,
+    held: bool = False,
 ) -> Fit:
     """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
 
@@ -76,11 +77,11 @@ def fit_model(
     leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
     from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines. The
     two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
-    the mean, weighs the points.
+    the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted.
     """
     trust = np.ones(len(points)) if trust is None else trust
     root = np.sqrt(trust)
-    free = [i for i in range(len(start)) if not (prior.fixed and i in (1, 2))]
+    free = [i for i in range(len(start)) if not (held or (prior.fixed and i in (1, 2)))]
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
     pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
     weights = trust
@@ -90,7 +91,7 @@ def fit_model(
         out = start.copy()
         out[free] += x[: len(free)] * unit
         if len(out) > 3 and monotonic > 0:
-            out[3] = np.clip(out[3], *_second_range(out[0], monotonic))
+            out[3] = np.clip(out[3], *second_range(out[0], monotonic))
         return out
 
     def misfit(x: Floats) -> Floats:
@@ -105,34 +106,37 @@ def fit_model(
     n = len(points)
     x = np.zeros(len(free) + columns.shape[1])
     weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
-    solution = least_squares(
-        misfit,
-        x,
-        method="trf",
-        loss="cauchy",
-        f_scale=softness,
-        x_scale="jac",
-        bounds=_bounds(start[free] / unit, len(x)),
-        xtol=1e-7,
-        ftol=1e-9,
-        max_nfev=rounds,
-    )
-    r = misfit(solution.x)[:n] / root
+    if len(x):
+        x = least_squares(
+            misfit,
+            x,
+            method="trf",
+            loss="cauchy",
+            f_scale=softness,
+            x_scale="jac",
+            bounds=_bounds(start[free] / unit, len(x)),
+            xtol=1e-7,
+            ftol=1e-9,
+            max_nfev=rounds,
+        ).x
+    r = misfit(x)[:n] / root
     # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
-    slopes = [_slope(misfit, solution.x, i)[:n] / root for i in range(len(x))]
-    plain = np.stack(slopes, axis=1) / np.append(unit, np.ones(columns.shape[1]))
+    slopes = np.array([_slope(misfit, x, i)[:n] / root for i in range(len(x))]).reshape(len(x), n)
+    plain = slopes.T / np.append(unit, np.ones(columns.shape[1]))
     belief = (pull / GROWTH_SPREAD) ** 2
-    return Fit(params(solution.x), r, plain, free, belief, robust_sigma(r), softness, trust)
+    return Fit(params(x), r, plain, free, belief, robust_sigma(r), softness, trust)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
     """Bounds of the solver's variables, steps in units from ``start``: those of lambda."""
     low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    if len(start) == 0:
+        return low, high
     low[0], high[0] = LAMBDA_RANGE[0] - start[0], LAMBDA_RANGE[1] - start[0]
     return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
 
 
-def _second_range(lam: float, radius: float) -> tuple[float, float]:
+def second_range(lam: float, radius: float) -> tuple[float, float]:
     """The range of lam2 in which 1 + lam q + lam2 q^2 and 1 - lam q - 3 lam2 q^2 stay positive.
 
     That is, in which the map is positive and monotonic for q up to ``radius`` squared.

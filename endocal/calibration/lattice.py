@@ -11,6 +11,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .straightness import Floats, Labels
 
@@ -67,6 +68,23 @@ def joined(crossings: Crossings, count: int) -> Labels:
             becomes[line] = others[0] if others else line
             others.append(line)
     return becomes
+
+
+def places_of(crossings: Crossings) -> tuple[Labels, NDArray[np.bool_]]:
+    """Return each crossing's place (m, 2) on the board, row and column, and which (m,) have one.
+
+    Rows and columns are told apart by their directions alone, and numbered from an arbitrary first one.
+    """
+    numbers = _numbers(crossings.of_each())
+    places = np.zeros((len(crossings.lines), 2), np.intp)
+    known = np.zeros(len(crossings.lines), bool)
+    for i, pair in enumerate(crossings.lines.tolist()):
+        of = [numbers[line] for line in pair if line in numbers]
+        if len(of) == 2 and of[0].family != of[1].family:
+            known[i] = True
+            for number in of:
+                places[i, number.family] = number.number
+    return places, known
 
 
 def _numbers(met: dict[int, list[tuple[int, int, int, int]]]) -> dict[int, _Number]:

@@ -7,12 +7,14 @@ views of a lens share its model, and keep their lines apart.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .corner_fit import fit_corners
+from .crossings import corners_of
 from .edges import EdgePoints
-from .fit import Fit, Prior, fit_model, robust_sigma
+from .fit import Fit, Prior, covariance, fit_model, robust_sigma
 from .growth import growth_columns
 from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
 from .pattern import clear_of_corners, join_pieces, measured_once, on_board
@@ -50,13 +52,20 @@ class View:
 class Refined:
     """A fit with the measured points it rests on.
 
-    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen.
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen; ``corners``,
+    where they rather than the points told the model, the fit to them and its residuals' lines (m,).
     """
 
     fit: Fit
     measured: Measured
     view: Labels
     board: bool
+    corners: tuple[Fit, Labels] | None = None
+
+    @property
+    def covariance(self) -> Floats:
+        """The covariance (k, k) of the model's free parameters, by what told them."""
+        return covariance(*(self.corners or (self.fit, self.measured.labels)))
 
 
 def fit_measured(
@@ -99,8 +108,10 @@ def fit_measured(
             break
     fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
     on_a_board = any(board is not None for board in boards)
-    fit = _weighted(everything, fit, reach, prior, content, on_a_board)
-    return Refined(fit, everything, view_of, on_a_board)
+    refined = Refined(fit, everything, view_of, on_a_board)
+    if on_a_board or departs(refined):
+        return refined
+    return replace(refined, fit=_by_own_noise(everything, fit, reach, prior, content))
 
 
 def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
@@ -108,26 +119,45 @@ def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
     return misfit(fit.residuals, labels, OUTLYING * fit.softness)
 
 
-def _weighted(
-    m: Measured, fit: Fit, reach: float, prior: Prior, content: float, board: bool
-) -> Fit:
-    """Fit again: by magnification where a lens departs from the model, else with each line's own noise.
+def departs(refined: Refined) -> bool:
+    """Whether the lines stay bent by more than noise explains: the lens is none of the model's."""
+    ratio = departure_from_model(refined.fit, refined.measured.labels).ratio
+    return ratio >= MODEL_HOLDS
 
-    The lines of a board share their noise; other straight things are edges of all kinds. Where the lens
-    departs, what counts is straightness in the corrected picture.
-    """
+
+def fit_again(
+    refined: Refined, start: Floats, reach: float, prior: Prior, content: float
+) -> Refined:
+    """Fit another model, from ``start``, to lines that are measured already."""
+    softness = max(0.05, 2 * refined.fit.sigma)
+    for _ in range(2):  # the first time the softness is that of another model
+        fit = _fit(refined.measured, start, reach, prior, softness, content)
+        start, softness = fit.params, max(0.05, 2 * fit.sigma)
+    return replace(refined, fit=fit)
+
+
+def straightened(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
+    """Fit a lens that departs from the model again: by straightness in the corrected picture."""
+    fit, m = refined.fit, refined.measured
+    views = range(int(refined.view.max()) + 1)
+    boards = [corners_of(m.take(refined.view == view)) for view in views]
+    corners = fit_corners(boards, m.points, fit.params, prior, content)
+    if corners is not None:
+        seen = _fit(m, corners[0].params, reach, prior, fit.softness, content, held=True)
+        return replace(refined, fit=seen, corners=corners)
     ratio = departure_from_model(fit, m.labels).ratio
-    if ratio < MODEL_HOLDS:
-        if board:
-            return fit
-        for _ in range(OWN_NOISE_ROUNDS):
-            trust = trust_by_line(fit.residuals, m.labels)
-            fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
-        return fit
     softness = CORRECTED_SOFTNESS * fit.softness
     for part in (m.thinned(ENOUGH_POINTS),) * CORRECTED_ROUNDS + (m,):
         trust = trust_by_magnification(part.points, part.labels, fit.params, ratio)
         fit = _fit(part, fit.params, reach, prior, softness, content, trust)
+    return replace(refined, fit=fit)
+
+
+def _by_own_noise(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit again with each line's own noise: straight things other than a board's are edges of all kinds."""
+    for _ in range(OWN_NOISE_ROUNDS):
+        trust = trust_by_line(fit.residuals, m.labels)
+        fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
     return fit
 
 
@@ -139,6 +169,7 @@ def _fit(
     softness: float,
     content: float,
     trust: Floats | None = None,
+    held: bool = False,
 ) -> Fit:
     growth = growth_columns(m.sides, m.levels, m.labels)
     return fit_model(
@@ -152,6 +183,7 @@ def _fit(
         growth,
         monotonic=content,
         trust=trust,
+        held=held,
     )
 
 

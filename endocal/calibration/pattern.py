@@ -81,18 +81,23 @@ def join_pieces(measured: Measured) -> Measured:
     """Give one label to the pieces of each line of a chessboard, where a model broke it."""
     if len(measured.points) == 0:
         return measured
-    changes = _changes_of_side(measured)
-    pairs = _meetings(changes)
-    if len(pairs) == 0:
+    crossings = crossings_of(measured)
+    if len(crossings.lines) == 0:
         return measured
-    turn = np.sign(_sine(changes, pairs)).astype(np.intp)
-    places = changes.places[pairs].mean(axis=1)
-    crossings = Crossings(changes.labels[pairs], changes.rank[pairs], turn, places)
     count = int(measured.labels.max()) + 1
     becomes = joined(crossings, count)
     if np.array_equal(becomes, np.arange(count)):
         return measured
     return _in_order(measured, becomes[measured.labels])
+
+
+def crossings_of(measured: Measured) -> Crossings:
+    """Return where two lines both change sides; places are good to a px or two."""
+    changes = _changes_of_side(measured)
+    pairs = _meetings(changes)
+    turn = np.sign(_sine(changes, pairs)).astype(np.intp)
+    places = changes.places[pairs].mean(axis=1)
+    return Crossings(changes.labels[pairs], changes.rank[pairs], turn, places)
 
 
 def _in_order(measured: Measured, labels: Labels) -> Measured:

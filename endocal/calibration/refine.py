@@ -33,6 +33,8 @@ FEWEST_LINES = 3
 # that moved by less than STABLE would group the points as before. At most so many groupings.
 ALIKE, STABLE = 0.015, 0.003
 MOST_PASSES = 3
+# A grouping that loses more than this of the points measured on lines before is no better one.
+AS_MANY = 0.97
 # Lines nearer to each other than this, px, are one.
 TWINS = 1.0
 
@@ -112,7 +114,10 @@ def refine(
         if best is None or _same(best.fit.params, start, reach, STABLE):
             break
         start = best.fit.params
-        best = _refined_once(views, start, reach, prior, second, content) or best
+        again = _refined_once(views, start, reach, prior, second, content)
+        if again is None or len(again.measured.points) < AS_MANY * len(best.measured.points):
+            break
+        best = again
     return best
 
 

@@ -20,7 +20,7 @@ HEADER = ",".join(COLUMNS)
 
 def true_calibration(scene: BoardScene) -> Calibration:
     """Return what a perfect calibration of the picture would find."""
-    return _calibration(scene.model, scene.circle)
+    return _calibration(scene.division, scene.circle)
 
 
 def lens_truth(spec: ZoomSpec) -> ZoomTable | Calibration:

@@ -1,4 +1,4 @@
-"""A pattern seen through a division-model lens, with its truth.
+"""A pattern seen through a lens of the division model, or a fisheye, with its truth.
 
 Every sample of the distorted picture is undistorted (eq. 4) and carried to the pattern's plane, where the
 pattern is known exactly: no picture is ever resampled, so edges lie where the model puts them.
@@ -12,8 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import UsageError
 from ..model import DivisionModel, Points
 from .camera import Camera, ContentCircle, Light, Picture, to_grey_levels
+from .fisheye import Fisheye
 from .noise import fractal_noise
 from .objects import Highlight, Instrument
 from .pattern import BACKGROUND, Pattern, Pose
@@ -37,12 +39,13 @@ class Overlay:
 class BoardScene:
     """Everything that makes one picture of a pattern.
 
+    Instruments are painted through a division model only.
     ``clutter`` is the relative depth of the background's random cloudiness, 0 to 1. ``comb`` (dx, dy) is
     how far the scene moves between the two fields of an interlaced frame, in undistorted px: half back
     for the even rows, half on for the odd ones; (0, 0) is a progressive frame.
     """
 
-    model: DivisionModel
+    model: DivisionModel | Fisheye
     pattern: Pattern
     pose: Pose
     circle: ContentCircle | None = None
@@ -53,6 +56,13 @@ class BoardScene:
     clutter: float = 0.0
     comb: tuple[float, float] = (0.0, 0.0)
     seed: int = 0
+
+    @property
+    def division(self) -> DivisionModel:
+        """The lens, which is a division model; UsageError where it is another one."""
+        if isinstance(self.model, DivisionModel):
+            return self.model
+        raise UsageError("the scene's lens is a fisheye: no division model is its truth")
 
 
 def render_board(scene: BoardScene) -> Picture:
@@ -163,7 +173,7 @@ def board_light(
     for spot in scene.highlights:
         spot.add_to(light, (-reach, -reach))
     if scene.instruments:
-        rays = pixel_rays(model, scene.pose.focal, reach)
+        rays = pixel_rays(scene.division, scene.pose.focal, reach)
         for item in scene.instruments:
             item.paint(light, rays)
     return light

@@ -146,7 +146,7 @@ def _place(
         tilt_axis=rng.uniform(0, 360),
         rotation=rng.uniform(0, 360),
         # Where a lens maps angles to radii evenly, lam * focal^2 is close to -1/3.
-        focal=math.sqrt(rng.uniform(0.2, 0.6) / -scene.model.lam),
+        focal=math.sqrt(rng.uniform(0.2, 0.6) / -scene.division.lam),
     )
     share = rng.uniform(0.3, 0.75)
     pattern = replace(scene.pattern, cols=int(lines[0]) + 1, rows=int(lines[1]) + 1)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .fisheye import Fisheye
 from .sampling import Coordinates
 
 
@@ -44,7 +45,7 @@ def pixel_rays(model: DivisionModel, focal: float, margin: int = 0) -> Rays:
 
 
 def offsets(
-    model: DivisionModel, x: Coordinates, y: Coordinates
+    model: DivisionModel | Fisheye, x: Coordinates, y: Coordinates
 ) -> tuple[Coordinates, Coordinates]:
     """Undistorted offsets of points from the centre, in square px; NaN beyond the valid radius.
 
@@ -53,6 +54,6 @@ def offsets(
     dx, dy = (x - model.center[0]) * model.pixel_aspect, y - model.center[1]
     q = dx * dx + dy * dy
     with np.errstate(divide="ignore"):
-        scale = 1 / (1 + q * (model.lam + q * model.lam2))
+        scale = 1 / model.denominator(q)
     scale[q >= model.valid_radius**2] = np.nan
     return dx * scale, dy * scale

@@ -20,6 +20,7 @@ from endocal.synth.board import (
     visible,
 )
 from endocal.synth.camera import Camera, ContentCircle
+from endocal.synth.fisheye import Fisheye
 from endocal.synth.objects import Highlight, Instrument
 from endocal.synth.pattern import Pattern, Pose
 
@@ -29,11 +30,12 @@ LENSES = {
     "none": DivisionModel(0.0, (350.0, 280.0), (720, 540)),
     "pincushion": DivisionModel(6e-7, (350.0, 280.0), (720, 540)),
     "two-parameter": DivisionModel(-2e-6, (360.0, 270.0), (720, 540), lam2=-3e-12),
+    "fisheye": Fisheye("equidistant", 340.0, (355.0, 262.0), (720, 540)),
     "wide pixels": DivisionModel(-2.2e-6, (355.0, 265.0), (720, 540), pixel_aspect=64 / 45),
 }
 
 
-def scene_of(model: DivisionModel, **changes: object) -> BoardScene:
+def scene_of(model: DivisionModel | Fisheye, **changes: object) -> BoardScene:
     pattern = Pattern(cols=11, rows=9, dark=0.2, light=0.8, background=0.4)
     pose = Pose((365.0, 260.0), 42.0, tilt=25, tilt_axis=70, rotation=12, focal=500)
     return replace(BoardScene(model, pattern, pose, camera=SHARP), **changes)
