@@ -188,8 +188,7 @@ def _calibration(
     scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined
 ) -> tuple[Calibration, Workings]:
     fit = refined.fit
-    full = np.zeros((len(fit.params), len(fit.params)))
-    full[np.ix_(fit.free, fit.free)] = refined.covariance
+    full = refined.covariance
     sigmas = np.sqrt(np.maximum(np.diag(full), 0))
     model = _model(scene, spec, fit.params)
     uncertainty = Uncertainty(

@@ -64,8 +64,11 @@ class Refined:
 
     @property
     def covariance(self) -> Floats:
-        """The covariance (k, k) of the model's free parameters, by what told them."""
-        return covariance(*(self.corners or (self.fit, self.measured.labels)))
+        """The covariance (k, k) of the model's parameters, by what told them; zeros for a given centre."""
+        fit, labels = self.corners or (self.fit, self.measured.labels)
+        full = np.zeros((len(fit.params), len(fit.params)))
+        full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
+        return full
 
 
 def fit_measured(
