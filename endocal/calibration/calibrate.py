@@ -160,12 +160,10 @@ def _refine(scene: Scene, spec: CalibrationSpec, found: Found) -> tuple[Refined,
     if spec.model == "division":
         if not departs(refined):
             return refined, 0.0
-        if refined.board:
-            # A model that follows the lens more closely finds its lines whole. Without a board's crossings
-            # to hold it to, it would find lines in anything.
-            two = refine(views, start, reach, prior, True, SEEN * _farthest(refined))
-            if two is not None and len(two.measured.points) > len(refined.measured.points):
-                refined = fit_again(two, refined.fit.params, reach, prior, 0.0)
+        # A model that follows the lens more closely finds its lines whole.
+        two = refine(views, start, reach, prior, True, SEEN * _farthest(refined))
+        if two is not None and len(two.measured.points) > len(refined.measured.points):
+            refined = fit_again(two, refined.fit.params, reach, prior, 0.0)
         return straightened(refined, reach, prior, 0.0), 0.0
     # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
     # sphere has content that no flat picture holds: then as far as the lines reach.

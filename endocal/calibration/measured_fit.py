@@ -112,9 +112,9 @@ def fit_measured(
     fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
     on_a_board = any(board is not None for board in boards)
     refined = Refined(fit, everything, view_of, on_a_board)
-    if on_a_board or departs(refined):
+    if on_a_board:
         return refined
-    return replace(refined, fit=_by_own_noise(everything, fit, reach, prior, content))
+    return replace(refined, fit=_weighted(everything, fit, reach, prior, content))
 
 
 def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
@@ -123,9 +123,12 @@ def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
 
 
 def departs(refined: Refined) -> bool:
-    """Whether the lines stay bent by more than noise explains: the lens is none of the model's."""
+    """Whether a board's lines stay bent by more than noise explains: the lens is none of the model's.
+
+    Without a board's crossings to hold them to, a model with more freedom finds lines in anything.
+    """
     ratio = departure_from_model(refined.fit, refined.measured.labels).ratio
-    return ratio >= MODEL_HOLDS
+    return refined.board and ratio >= MODEL_HOLDS
 
 
 def fit_again(
@@ -148,19 +151,29 @@ def straightened(refined: Refined, reach: float, prior: Prior, content: float) -
     if corners is not None:
         seen = _fit(m, corners[0].params, reach, prior, fit.softness, content, held=True)
         return replace(refined, fit=seen, corners=corners)
+    return replace(refined, fit=_magnified(m, fit, reach, prior, content))
+
+
+def _weighted(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit lines of no board again: by magnification where the lens departs, else with each line's own noise.
+
+    The lines of a board share their noise; other straight things are edges of all kinds.
+    """
+    if departure_from_model(fit, m.labels).ratio >= MODEL_HOLDS:
+        return _magnified(m, fit, reach, prior, content)
+    for _ in range(OWN_NOISE_ROUNDS):
+        trust = trust_by_line(fit.residuals, m.labels)
+        fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
+    return fit
+
+
+def _magnified(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit points again with weights that make straight what the corrected picture magnifies."""
     ratio = departure_from_model(fit, m.labels).ratio
     softness = CORRECTED_SOFTNESS * fit.softness
     for part in (m.thinned(ENOUGH_POINTS),) * CORRECTED_ROUNDS + (m,):
         trust = trust_by_magnification(part.points, part.labels, fit.params, ratio)
         fit = _fit(part, fit.params, reach, prior, softness, content, trust)
-    return replace(refined, fit=fit)
-
-
-def _by_own_noise(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
-    """Fit again with each line's own noise: straight things other than a board's are edges of all kinds."""
-    for _ in range(OWN_NOISE_ROUNDS):
-        trust = trust_by_line(fit.residuals, m.labels)
-        fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
     return fit
 
 

@@ -33,7 +33,7 @@ FEWEST_LINES = 3
 # that moved by less than STABLE would group the points as before. At most so many groupings.
 ALIKE, STABLE = 0.015, 0.003
 MOST_PASSES = 3
-# A grouping that loses more than this of the points measured on lines before is no better one.
+# A grouping that loses more than this of the points measured on a board's lines before is no better one.
 AS_MANY = 0.97
 # Lines nearer to each other than this, px, are one.
 TWINS = 1.0
@@ -115,7 +115,9 @@ def refine(
             break
         start = best.fit.params
         again = _refined_once(views, start, reach, prior, second, content)
-        if again is None or len(again.measured.points) < AS_MANY * len(best.measured.points):
+        if again is None:
+            break
+        if best.board and len(again.measured.points) < AS_MANY * len(best.measured.points):
             break
         best = again
     return best
