@@ -86,13 +86,16 @@ def print_clips(seed: int, seconds: float) -> list[object]:
     for name, scene in (
         ("zoom to 2.5x and back", zoom.zooming_clip(seed, seconds)),
         ("the same, coming nearer", zoom.zooming_clip(seed, seconds, approach=0.25)),
+        ("a camera that roams before organs", zoom.rough_clip(seed)),
     ):
         score, _ = zoom.follow_clip(name, scene)
         hidden = score.hidden_error or (float("nan"), float("nan"))
+        doubts = score.hidden_doubts or (float("nan"), float("nan"))
         tell(
             f"  {name:<40}{score.visible_error[0]:9.2%}{score.visible_error[1]:8.2%}"
             f"{hidden[0]:20.2%}{hidden[1]:8.2%}   worst {score.worst_error:+.2%} (frame {score.worst}),"
-            f" {score.hidden} of {score.frames} out of sight, {score.milliseconds:.2f} ms a frame"
+            f" {score.hidden} of {score.frames} out of sight ({score.sources.get('held', 0)} held), there"
+            f" {doubts[0]:.1f}, {doubts[1]:.1f} times the doubt, {score.milliseconds:.2f} ms a frame"
         )
         found.append(score.data())
     score, error = zoom.follow_clip("still", zoom.still_clip(seed))

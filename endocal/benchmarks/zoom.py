@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +19,7 @@ from ..synth.clip import ClipScene, clip_frames
 from ..synth.lens import ZoomLens, typical_lens
 from ..synth.motion import EyeMotion, ZoomPath
 from ..synth.objects import Instrument, MovingInstrument
+from ..synth.tissue import Organ
 from ..zoom.follow import ZoomFollower
 from ..zoom.table import LOOKUPS, Setting, ZoomTable
 
@@ -33,7 +35,8 @@ class ClipScore:
     """How a clip's zoom was followed.
 
     ``visible`` and ``hidden`` count the frames whose circle reaches into the frame and those whose does
-    not; the pairs are the median and the 95th percentile of lambda's relative error over each.
+    not; the pairs are the median and the 95th percentile of lambda's relative error over each, and
+    ``hidden_doubts`` of the diameter's error in stated standard deviations where the circle does not.
     ``sources`` counts the frames by source; ``worst`` is the frame with the largest error, and
     ``milliseconds`` the processor's time per frame.
     """
@@ -44,6 +47,7 @@ class ClipScore:
     hidden: int
     visible_error: tuple[float, float]
     hidden_error: tuple[float, float] | None
+    hidden_doubts: tuple[float, float] | None
     worst: int
     worst_error: float
     sources: dict[str, int]
@@ -73,6 +77,31 @@ def zooming_clip(seed: int, seconds: float = 20.0, approach: float = 0.0) -> Cli
     )
 
 
+def rough_clip(seed: int, seconds: float = 12.0) -> ClipScene:
+    """Return a clip that zooms beyond its rim within 3 s, and then rests while the camera roams.
+
+    Organs stand before the tissue, and the camera goes towards them and back and about: no smooth scene
+    explains what that does to the picture, and none of it is zoom.
+    """
+    rng = np.random.default_rng((seed, 2))
+    organs = tuple(
+        Organ(
+            (
+                float(rng.uniform(-0.6, 0.6)),
+                float(rng.uniform(-0.45, 0.45)),
+                float(rng.uniform(0.75, 1)),
+            ),
+            float(rng.uniform(0.12, 0.3)),
+        )
+        for _ in range(5)
+    )
+    path = ZoomPath(((0.0, 1.0), (1.0, 1.0), (3.0, 2.3), (seconds, 2.3)))
+    roaming = EyeMotion(
+        sway=(0.10, 0.08, 0.08), turn=(7.0, 5.0, 5.0), period=4.5, approach=0.25, duration=seconds
+    )
+    return replace(_clip(seed, path, seconds, roaming, _instruments(seed)), organs=organs)
+
+
 def still_clip(seed: int, seconds: float = 3.0, noise: float = 5.0) -> ClipScene:
     """Return a clip in which nothing moves but the noise."""
     return _clip(seed, ZoomPath(((0.0, 1.15),)), seconds, EyeMotion(), (), noise)
@@ -100,7 +129,7 @@ def follow_clip(
 ) -> tuple[ClipScore, np.ndarray]:
     """Follow a clip's zoom; returns the score and lambda's signed relative error per frame (n,)."""
     follower = ZoomFollower(table_of(scene.lens))
-    errors, hidden, spent = [], [], 0.0
+    errors, doubts, hidden, spent = [], [], [], 0.0
     sources: Counter[str] = Counter()
     for frame in clip_frames(scene):
         luma = cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
@@ -109,6 +138,8 @@ def follow_clip(
         spent += time.thread_time() - began
         errors.append(estimate.model.lam / frame.model.lam - 1)
         circle = frame.circle
+        wrong = math.log(estimate.diameter / circle.diameter)
+        doubts.append(wrong / estimate.relative_uncertainty)
         hidden.append(boundary_of(circle.center, circle.diameter, SIZE).visible == 0)
         sources[estimate.source] += 1
         tick(frame.index)
@@ -121,6 +152,7 @@ def follow_clip(
         int(out.sum()),
         _spread(error[~out]),
         _spread(error[out]) if out.any() else None,
+        _spread(np.array(doubts)[out]) if out.any() else None,
         worst,
         float(error[worst]),
         dict(sources),

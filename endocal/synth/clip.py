@@ -16,7 +16,7 @@ from .motion import EyeMotion, ZoomPath
 from .objects import MovingInstrument
 from .pattern import Pattern, Pose
 from .rays import pixel_rays
-from .tissue import Eye, Tissue, texels_for
+from .tissue import Eye, Organ, Tissue, texels_for
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ class ClipScene:
     """Everything that makes one clip.
 
     ``frames`` pictures at ``rate`` per second, through ``lens`` as it zooms along ``path``. The camera's
-    ``vignetting_radius`` follows the content circle by itself. ``board`` stands before the tissue, or None.
+    ``vignetting_radius`` follows the content circle by itself. ``organs`` stand before the tissue, and
+    ``board``, if there is one.
     """
 
     lens: ZoomLens
@@ -66,6 +67,7 @@ class ClipScene:
     motion: EyeMotion = field(default_factory=EyeMotion)
     instruments: tuple[MovingInstrument, ...] = ()
     board: BoardStand | None = None
+    organs: tuple[Organ, ...] = ()
     seed: int = 0
 
 
@@ -84,7 +86,7 @@ class ClipFrame:
 def clip_frames(scene: ClipScene) -> Iterator[ClipFrame]:
     """Render the clip frame by frame; the same scene gives the same bytes."""
     nearest = max(zoom for _, zoom in scene.path.keys)
-    tissue = Tissue(scene.seed, texels_for(scene.lens.focal_at(nearest)))
+    tissue = Tissue(scene.seed, texels_for(scene.lens.focal_at(nearest)), organs=scene.organs)
     for index in range(scene.frames):
         time = index / scene.rate
         zoom = scene.path.at(float(time))

@@ -54,15 +54,38 @@ class Eye:
         return turn @ nod @ np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]])
 
 
+@dataclass(frozen=True)
+class Organ:
+    """A ball before the wall, its middle (x, y, z) from the lens at rest; in units of the usual distance."""
+
+    center: tuple[float, float, float]
+    radius: float
+
+    def met(
+        self, directions: tuple[Field, Field, Field], start: tuple[float, float, float]
+    ) -> Field:
+        """Return how far rays go until they meet it, in lengths of the direction; NaN where they do not."""
+        to = [c - s for c, s in zip(self.center, start, strict=True)]
+        a = sum(d * d for d in directions)
+        b = sum(d * t for d, t in zip(directions, to, strict=True))
+        c = sum(t * t for t in to) - self.radius**2
+        with np.errstate(invalid="ignore"):
+            return np.asarray((b - np.sqrt(b * b - a * c)) / a, np.float32)
+
+
 class Tissue:
     """The painted surface z = 1 - bowl (x^2 + y^2) + relief(x, y), the same for the same ``seed``.
 
-    ``texels`` is how finely it is painted: the number of texels on each side.
+    ``texels`` is how finely it is painted: the number of texels on each side. ``organs`` stand before it;
+    they are painted and shaded as the wall is at the same (x, y).
     """
 
-    def __init__(self, seed: int, texels: int, bowl: float = 0.5) -> None:
+    def __init__(
+        self, seed: int, texels: int, bowl: float = 0.5, organs: tuple[Organ, ...] = ()
+    ) -> None:
         rng = np.random.default_rng(seed)
         self._bowl = bowl
+        self._organs = organs
         self._relief = fractal_noise(rng, (512, 512), {6: 0.10, 14: 0.05, 30: 0.015})
         self._paint = _paint(rng, texels)
         bumps = fractal_noise(rng, (1024, 1024), {15: 0.04, 35: 0.02, 90: 0.008, 220: 0.002})
@@ -112,6 +135,11 @@ class Tissue:
                 t = -2 * (c - relief) / (b + np.sqrt(np.maximum(b * b - 4 * a * (c - relief), 0)))
             x, y = (np.asarray(v, np.float32) for v in (sx + t * dx, sy + t * dy))
             relief = self._look_up(self._relief, x, y)
+        for organ in self._organs:
+            nearer = organ.met((dx, dy, dz), start)
+            hit = (nearer > 0) & (nearer < t)
+            t = np.where(hit, nearer, t)
+            x, y = np.where(hit, sx + t * dx, x), np.where(hit, sy + t * dy, y)
         return x, y, np.asarray(t, np.float32)
 
     @staticmethod

@@ -12,6 +12,7 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
+from .doubt import GrowingDoubt
 from .rest import RestSpec, ZoomRest
 from .smooth import DiameterFilter, SmoothingSpec
 from .table import LOOKUPS, ZoomTable
@@ -31,19 +32,19 @@ class FollowSpec:
 
     ``lookup`` is one of LOOKUPS. ``assume_diameter`` (px) holds until a rim is seen, to within
     ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still`` (relative, least and
-    most) before the model changes. Tracked and held estimates grow less certain by ``tracked_drift`` and
-    ``held_drift`` per frame, and tracked ones besides by ``tracked_share`` of the most that the picture has
-    dilated since the rim was last seen: some of a camera's approach passes for zoom, or of a zoom for
-    approach. Past ``limit`` the tracking is given up, and the last estimate held.
+    most) before the model changes. Tracked estimates grow less certain as ``rest`` says, and by ``ambiguous``
+    of how far the picture has dilated at most, since the rim was last seen, without telling why. Held ones
+    grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps its sign for ``memory``
+    s. Past ``limit`` the tracking is given up, and the last estimate held.
     """
 
     lookup: str = "auto"
     assume_diameter: float | None = None
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
-    tracked_drift: float = 1e-3
-    tracked_share: float = 0.2
-    held_drift: float = 2e-3
+    ambiguous: float = 0.4
+    held: float = 0.1
+    memory: float = 0.7
     limit: float = 0.15
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
@@ -81,7 +82,8 @@ class ZoomFollower:
         self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
         self._rest = ZoomRest(spec.rest)
         self._is_tracking = False
-        # The picture's dilation since the rim was last seen, and the most that it was.
+        self._doubt = GrowingDoubt(spec.memory)
+        # The picture's dilation since the rim was last seen that may be either's, and the most that it was.
         self._dilated = self._most_dilated = 0.0
         self._time: float | None = None
         self._last: Boundary | None = None
@@ -148,23 +150,25 @@ class ZoomFollower:
             state.predict()
             if lost:
                 self._tracker.forget()
-                self._rest.forget()
+                self._rest.forget(moves=state.is_moving)
+                self._doubt.restart()
                 self._tracker.step(luma, self._table, state.diameter)
                 self._is_tracking = True
                 self._dilated = self._most_dilated = 0.0
             return ""
         step = None
         if self._sigma < spec.limit:
-            step = self._tracker.step(luma, self._table, state.diameter)
+            step = self._tracker.step(luma, self._table, state.diameter, self._rest.rests)
         if step is None:
             self._rest.forget()
             state.stop()
-            state.scale(0.0, spec.held_drift)
+            state.scale(0.0, math.sqrt(self._doubt.grow(spec.held, seconds)))
             return ""
-        logarithm = self._rest.take(step, seconds)
-        self._dilated += step.logarithm + step.approach
+        zoom = self._rest.take(step, seconds)
+        if self._rest.rests:
+            self._dilated += zoom.open * (step.logarithm + step.approach)
         self._most_dilated = max(self._most_dilated, abs(self._dilated))
-        state.scale(logarithm, math.hypot(step.sigma, spec.tracked_drift))
+        state.scale(zoom.logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)))
         return "tracked"
 
     @property
@@ -172,7 +176,7 @@ class ZoomFollower:
         """One standard deviation of the diameter, relative."""
         if not self._is_tracking:
             return self._filter.sigma
-        return math.hypot(self._filter.sigma, self._spec.tracked_share * self._most_dilated)
+        return math.hypot(self._filter.sigma, self._spec.ambiguous * self._most_dilated)
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:
         state, (least, most) = self._filter, self._spec.still

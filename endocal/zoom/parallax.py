@@ -26,6 +26,7 @@ _FIT_ROUNDS = 6
 _MEDIAN_LENGTH = 1.1774
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
 _SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
+_ALONG_AXIS = [_ZOOM, _APPROACH]
 # No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
 _STRAIGHTEST = 0.1
 
@@ -34,30 +35,38 @@ _STRAIGHTEST = 0.1
 class MotionSpec:
     """What is expected of the motion between two frames before looking: one standard deviation each.
 
-    ``zoom`` is a relative scale; ``approach`` and ``shift``, nearer and aside, are in distances to the scene;
-    ``turn`` is in radians. ``shape`` is what is expected of each coefficient of the scene's relative inverse
-    depth, a quadratic in tangents of angles, and ``reshaping`` of its change per frame. ``focal`` is lam f^2
-    of a usual lens, without its sign: where angles map to radii evenly it is 1/3, and real ones lie around.
+    ``zoom`` is a relative scale, that of a ``resting`` zoom not quite none; ``approach`` and ``shift``,
+    nearer and aside, are in distances to the scene; ``turn`` is in radians. ``shape`` is what is expected
+    of each coefficient of the scene's relative inverse depth, a quadratic in tangents of angles, and
+    ``reshaping`` of its change per frame. ``focal`` is lam f^2 of a usual lens, without its sign: where
+    angles map to radii evenly it is 1/3, and real ones lie around. What no quadratic scene explains is
+    shared by neighbouring places, so that all of them together count as ``patches`` in this respect.
     """
 
     zoom: float = 0.02
+    resting: float = 0.002
     approach: float = 0.003
     shift: float = 0.05
     turn: float = 0.05
     shape: float = 0.5
-    reshaping: float = 0.003
+    reshaping: float = 0.001
     focal: float = 0.36
+    patches: float = 12.0
 
 
 class ScaleStep(NamedTuple):
     """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation.
 
-    ``approach`` is by how much the camera came nearer meanwhile, in distances to the scene.
+    ``approach`` is by how much the camera came nearer meanwhile, in distances to the scene. Before anything
+    is expected of these two, the picture says of them (``information``, (2, 2)) @ (zoom, approach) =
+    ``target`` (2,), with the inverse of ``information`` as their covariance.
     """
 
     logarithm: float
     sigma: float
     approach: float
+    information: Points
+    target: Points
 
 
 class SceneShape:
@@ -76,20 +85,22 @@ class SceneShape:
         diameter: float,
         drift: tuple[float, float] = (0.0, 0.0),
         noise: float = 0.1,
+        rests: bool = False,
     ) -> ScaleStep:
         """Fit the relative scale between matched places, the camera's motion and the shape together.
 
         ``before`` and ``after`` are (n, 2) offsets from the distortion centre, px; the ``model`` is that of
         the first frame, at ``diameter`` px, and ``drift`` how its centre moves with the logarithm of the
         diameter, px; ``noise`` is the least error of a place, px. The camera's motion is taken as small; the
-        zoom need not be. Tukey's biweight keeps out what moves on its own.
+        zoom need not be. Where it ``rests`` so far, the scene's shape is learned from the camera's motion
+        alone. Tukey's biweight keeps out what moves on its own.
         """
         spec = self._spec
         strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
         bend = max(abs(strength + strength2 / 4), _STRAIGHTEST)
         focal = math.sqrt(spec.focal / bend)
         start, _ = _undistorted(before / diameter, strength, strength2)
-        known = self._known()
+        known = self._known(rests)
         shape, motion, logarithm = self._shape, np.zeros(12), 0.0
         weight, scale = np.ones(len(before)), 0.0
         for _ in range(_FIT_ROUNDS):
@@ -103,8 +114,12 @@ class SceneShape:
             flow = _camera_flow((start + end) / 2, focal, shape, motion)
             design = np.concatenate([back @ flow, (late + drift)[..., None]], axis=2)
             scale = max(scale or _spread(shift), noise)
-            weighted = design * (weight / scale**2)[:, None, None]
-            covariance = np.linalg.inv(np.einsum("nij,nik->jk", weighted, design) + known)
+            # Noise is each place's own; what is beyond it, a rough scene's, neighbours share.
+            shared = max(float(weight.sum()) / spec.patches, 1.0)
+            variance = noise**2 + (scale**2 - noise**2) * shared
+            weighted = design * (weight / variance)[:, None, None]
+            normal = np.einsum("nij,nik->jk", weighted, design) + known
+            covariance = np.linalg.inv(normal)
             # What is known of shape and zoom counts from where they are now.
             target = np.einsum("nij,ni->j", weighted, shift)
             target[_SHAPE] += known[_SHAPE, _SHAPE] @ (self._shape - shape)
@@ -117,14 +132,16 @@ class SceneShape:
             weight = np.maximum(1 - (residual**2).sum(axis=1) / (_TUKEY * scale) ** 2, 0) ** 2
         self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
         sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
-        return ScaleStep(logarithm, sigma, float(motion[_APPROACH]))
+        found = np.array([logarithm, motion[_APPROACH]])
+        both = np.linalg.inv(covariance[np.ix_(_ALONG_AXIS, _ALONG_AXIS)])
+        expected = np.diag(known[_ALONG_AXIS, _ALONG_AXIS])
+        return ScaleStep(logarithm, sigma, float(found[1]), both - expected, both @ found)
 
-    def _known(self) -> NDArray[np.float64]:
+    def _known(self, rests: bool) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""
         spec = self._spec
-        sigma = np.array(
-            [spec.turn] * 3 + [spec.shift] * 2 + [spec.approach] + [1.0] * 5 + [spec.zoom]
-        )
+        zoom = spec.resting if rests else spec.zoom
+        sigma = np.array([spec.turn] * 3 + [spec.shift] * 2 + [spec.approach] + [1.0] * 5 + [zoom])
         known = np.diag(sigma**-2.0)
         known[_SHAPE, _SHAPE] = np.linalg.inv(self._covariance + np.eye(5) * spec.reshaping**2)
         return known

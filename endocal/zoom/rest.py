@@ -1,8 +1,8 @@
 """Whether the zoom moves at all: a zoom ring rests most of the time, a hand never does.
 
-What a zoom and what a moving camera made of the picture is told apart only as well as the scene's shape is
-known, and the slow to and fro of a hand would add up to a false zoom. So slow changes are put down to the
-hand, until they are too fast for one; and what seemed a slow zoom just before is taken off those.
+What a zoom and what a moving camera made of the picture is told apart only as well as lens and scene allow.
+So it is weighed, over a short time, whether a resting or a moving zoom explains the picture better, before
+what is to be expected of zooms and hands; and what remains in doubt is stated.
 """
 
 from __future__ import annotations
@@ -10,22 +10,80 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .parallax import ScaleStep
+
+# Per s; it only keeps finite what the picture does not tell.
+_ANY_SPEED = 1.0
 
 
 @dataclass(frozen=True)
 class RestSpec:
-    """When a zoom is taken to move: by its mean over ``window`` s.
+    """What is expected of zooms and hands; it is weighed over ``window`` s.
 
-    It must be faster than ``rest`` (relative, per s), and than ``share`` of what the camera does at the same
-    time. What seemed a zoom at rest is remembered, and forgotten, within ``memory`` s.
+    A moving zoom changes by ``zoom``, a hand comes nearer by ``hand``, in a ``hurry`` (a probability) by
+    ``hurried``: relative per s, one standard deviation each. A resting zoom moves with the probability
+    ``starts``, one that moved with ``goes_on``. Some zoom passes for approach, or the reverse, by ``mistake``
+    per s (one standard deviation) since the scene is never quite known; what seemed a zoom at rest is such
+    a mistake, remembered, and forgotten, within ``memory`` s. Once a zoom is noticed, what it did in the
+    last ``history`` s is made up for.
     """
 
     window: float = 0.32
-    rest: float = 0.035
-    share: float = 0.5
-    memory: float = 1.0
+    history: float = 0.48
+    zoom: float = 0.3
+    hand: float = 0.07
+    hurried: float = 0.3
+    hurry: float = 0.03
+    starts: float = 0.05
+    goes_on: float = 0.6
+    mistake: float = 0.02
+    memory: float = 0.5
+
+
+class ZoomShare(NamedTuple):
+    """What of a step counts as zoom: a ``logarithm``, and the ``doubt`` of the zoom's speed, per s.
+
+    ``open`` says how far it is left open what was zoom: 0 where the picture tells, 1 where it tells nothing.
+    """
+
+    logarithm: float
+    doubt: float
+    open: float
+
+
+class _Step:
+    """One step: what the picture says, over how many seconds, and the speed of zoom that it seemed, per s."""
+
+    def __init__(self, step: ScaleStep, seconds: float) -> None:
+        self.seconds = seconds
+        self.seeming = 0.0
+        self.information = step.information * seconds**2
+        self._target = step.target * seconds
+
+    def speeds(self) -> NDArray[np.float64]:
+        """Return zoom and approach as the picture alone has them, per s; near 0 where it tells nothing."""
+        information = self.information + np.eye(2) / _ANY_SPEED**2
+        return np.asarray(np.linalg.solve(information, self._target))
+
+    def zoom(self, hand: float) -> float:
+        """Return the logarithm of the zoom, given how fast the camera comes nearer."""
+        known = self.information[0, 0] + _ANY_SPEED**-2
+        return float((self._target[0] - self.information[0, 1] * hand) / known) * self.seconds
+
+
+class _Weighed(NamedTuple):
+    """A hypothesis: whether the zoom moves, its evidence, and what it says of zoom and hand."""
+
+    moves: bool
+    evidence: float
+    zoom: float
+    hand: float
+    variance: float
 
 
 class ZoomRest:
@@ -33,33 +91,95 @@ class ZoomRest:
 
     def __init__(self, spec: RestSpec = RestSpec()) -> None:
         self._spec = spec
-        self._steps: deque[tuple[float, float, float]] = deque()
-        self._is_moving = False
-        self._false_speed = 0.0
+        self._steps: deque[_Step] = deque()
+        self._moves = False
+        self._mistaken = 0.0
 
-    def forget(self) -> None:
-        """Begin anew, at rest."""
+    @property
+    def rests(self) -> bool:
+        """Say whether the zoom was at rest of late."""
+        return not self._moves
+
+    def forget(self, moves: bool = False) -> None:
+        """Begin anew, at rest or with a zoom that moves already."""
         self._steps.clear()
-        self._is_moving = False
-        self._false_speed = 0.0
+        self._moves = moves
+        self._mistaken = 0.0
 
-    def take(self, step: ScaleStep, seconds: float) -> float:
-        """Return the logarithm of the scale to apply after ``seconds`` s; 0 at rest."""
-        steps, spec = self._steps, self._spec
-        steps.append((step.logarithm, step.approach, seconds))
-        while len(steps) > 1 and sum(s[2] for s in steps) > spec.window:
-            logarithm, _, duration = steps.popleft()
-            self._remember(0.0 if self._is_moving else logarithm / duration, duration)
-        zoom, approach, duration = (sum(column) for column in zip(*steps, strict=True))
-        zoom -= self._false_speed * duration
-        was_moving = self._is_moving
-        self._is_moving = abs(zoom) > spec.rest * duration + spec.share * abs(approach)
-        if not self._is_moving:
-            return 0.0
-        return step.logarithm - self._false_speed * seconds if was_moving else zoom
+    def take(self, step: ScaleStep, seconds: float) -> ZoomShare:
+        """Return what of a step that took ``seconds`` s was zoom."""
+        spec, steps = self._spec, self._steps
+        steps.append(_Step(step, seconds))
+        while len(steps) > 1 and sum(s.seconds for s in steps) > spec.history:
+            self._remember(steps.popleft())
+        weighed = self._weigh()
+        most = max(w.evidence for w in weighed)
+        weights = np.exp([w.evidence - most for w in weighed])
+        weights /= weights.sum()
+        moving = sum(p for p, w in zip(weights, weighed, strict=True) if w.moves)
+        moved, self._moves = self._moves, bool(moving > 0.5)
+        best = max((w for w in weighed if w.moves == self._moves), key=lambda w: w.evidence)
+        told = max((w for w in weighed if w.moves), key=lambda w: w.evidence)
+        off = [(w.zoom - best.zoom) ** 2 + w.variance for w in weighed]
+        doubt = math.sqrt(float(weights @ off))
+        left_open = min(math.sqrt(told.variance) / spec.hand, 1.0)
+        if not self._moves:
+            steps[-1].seeming = told.zoom
+            return ZoomShare(0.0, doubt, left_open)
+        # What came before it was noticed is made up for.
+        counted = [steps[-1]] if moved else list(steps)
+        zoom = sum(s.zoom(best.hand) - s.seconds * self._mistaken for s in counted)
+        return ZoomShare(zoom, doubt, left_open)
 
-    def _remember(self, speed: float, seconds: float) -> None:
-        """Take in the speed of a zoom, per s, that was none."""
-        self._false_speed += (1 - math.exp(-seconds / self._spec.memory)) * (
-            speed - self._false_speed
-        )
+    def _remember(self, step: _Step) -> None:
+        """Take in what seemed a zoom and was none."""
+        kept = math.exp(-step.seconds / self._spec.memory)
+        self._mistaken = kept * self._mistaken + (1 - kept) * step.seeming
+
+    def _weigh(self) -> list[_Weighed]:
+        """Weigh a resting and a moving zoom, each with a usual and a hurried hand."""
+        spec = self._spec
+        late: list[_Step] = []
+        seconds = 0.0
+        for step in reversed(self._steps):
+            seconds += step.seconds
+            if late and seconds > spec.window:
+                break
+            late.append(step)
+        # The scene's shape and what does not fit it hardly change from one frame to the next, so that many
+        # frames tell no more than one; their mean is steadier.
+        information = _mixed(np.mean([s.information for s in late], axis=0), spec.mistake)
+        target = information @ np.mean([s.speeds() for s in late], axis=0)
+        moves = spec.goes_on if self._moves else spec.starts
+        out = []
+        for hand, usual in ((spec.hand, 1 - spec.hurry), (spec.hurried, spec.hurry)):
+            _, rest = _explain(information[1:, 1:], target[1:], np.array([hand]))
+            out.append(_Weighed(False, rest + math.log(usual * (1 - moves)), 0.0, 0.0, 0.0))
+            (found, covariance), zoom = _explain(information, target, np.array([spec.zoom, hand]))
+            out.append(
+                _Weighed(
+                    True,
+                    zoom + math.log(usual * moves),
+                    float(found[0]),
+                    float(found[1]),
+                    float(covariance[0, 0]),
+                )
+            )
+        return out
+
+
+def _explain(
+    information: NDArray[np.float64], target: NDArray[np.float64], expected: NDArray[np.float64]
+) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], float]:
+    """Return the posterior mean and covariance before ``expected`` deviations, and the log evidence."""
+    covariance = np.asarray(np.linalg.inv(information + np.diag(expected**-2.0)), np.float64)
+    found = covariance @ target
+    shrunk = float(np.linalg.slogdet(covariance)[1]) - 2 * float(np.log(expected).sum())
+    return (found, covariance), (shrunk + float(target @ found)) / 2
+
+
+def _mixed(information: NDArray[np.float64], mistake: float) -> NDArray[np.float64]:
+    """Add to what is known that zoom may pass for approach, and the reverse, by a ``mistake`` per s."""
+    along = information @ np.array([1.0, -1.0])
+    loss = np.outer(along, along) / (mistake**-2.0 + along[0] - along[1])
+    return np.asarray(information - loss)

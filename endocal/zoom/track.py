@@ -61,11 +61,16 @@ class ScaleTracker:
         self._scene = SceneShape(self._spec.motion)
 
     def step(
-        self, luma: NDArray[np.uint8] | NDArray[np.uint16], table: ZoomTable, diameter: float
+        self,
+        luma: NDArray[np.uint8] | NDArray[np.uint16],
+        table: ZoomTable,
+        diameter: float,
+        rests: bool = False,
     ) -> ScaleStep | None:
         """Return the scale from the last frame to this one; None where it cannot be told.
 
-        ``diameter`` (px) is that of the last frame, which the ``table`` has the model for.
+        ``diameter`` (px) is that of the last frame, which the ``table`` has the model for; ``rests`` says
+        whether the zoom was at rest.
         """
         model = table.at_diameter(diameter)
         reduction = max(1, round(luma.shape[0] / self._spec.height))
@@ -91,6 +96,7 @@ class ScaleTracker:
             diameter,
             self._drift(table, model, diameter),
             self._spec.noise * reduction,
+            rests,
         )
 
     def _drift(

@@ -108,7 +108,7 @@ def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
 
 
 def test_past_a_limit_of_doubt_tracking_becomes_holding() -> None:
-    follower = ZoomFollower(TABLE, FollowSpec(limit=0.01))
+    follower = ZoomFollower(TABLE, FollowSpec(limit=0.004))
     diameters = [500.0] * 5 + [650.0] * 5 + [620.0] * 140
     images = [frame(d, i % 7) for i, d in enumerate(diameters)]
     sources = [e.source for e in follow(follower, images)]

@@ -1,0 +1,30 @@
+"""How the doubt of an estimate grows whose speed is in doubt."""
+
+from __future__ import annotations
+
+import math
+
+
+class GrowingDoubt:
+    """The variance of what a speed adds up to that is off by an unknown, slowly changing amount.
+
+    The error of the speed keeps its sign for about ``memory`` s: over less than that the doubt grows with
+    time, over more with its root.
+    """
+
+    def __init__(self, memory: float) -> None:
+        self._memory = memory
+        # The covariance of what has added up with the speed's error, in units of the latter's deviation.
+        self._shared = 0.0
+
+    def restart(self) -> None:
+        """Begin anew, with nothing added up yet."""
+        self._shared = 0.0
+
+    def grow(self, deviation: float, seconds: float) -> float:
+        """Return by how much the variance grows in ``seconds`` s, at a speed known to ``deviation`` per s."""
+        self._shared *= math.exp(-seconds / self._memory)
+        step = deviation * seconds
+        growth = step * (2 * self._shared + step)
+        self._shared += step
+        return growth
