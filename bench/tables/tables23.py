@@ -206,14 +206,13 @@ def findings(found: Study, sobel: Figure, tilted: dict[float, tuple[float, float
 **HEPLP is best, then HEwG, then HEwoG**, on average:
 
 {claims("synthetic lenses", found)}
-On synthetic boards HEPLP and HEwG are so near each other that a picture more or less turns the order; the real
-lenses above, where HEPLP loses on the noisy interlaced `endoscope_6080hd`, say the opposite of the article. The
-reason found: H2 spreads each line's votes over all directions, of which one is the vanishing point, so that its
-entropy has little contrast. On `6080HD.cal0001`, with the right centre, it is 8.385 at the right λ and 8.363 at a
-third of it; HEwG's is 6.815 and 6.896. Four times the edge points do not change that. HEwG here is not
-the article's plain one either: without its two changes ([method.md](method.md#the-search)) it is near the truth on
-half of the random boards that it is near to with them. HEwoG finds the weakest λ that it may, whatever the lens; the article's, of a map whose size is not told,
-did so less.
+Neither is the article's plain one: HEwG has five changes, which [method.md](method.md#the-search) tells with what each
+is for, and HEPLP the same edge points and search; without them HEwG is near the truth on half of the random boards
+that it is near to with them. HEPLP's order hangs on a choice that the article leaves open, the cells of rho in H2:
+0.7° here; with 2°, where neighbouring lines count as one, its mean on random boards was above HEwG's. H2 spreads
+each line's votes over all directions, of which one is the vanishing point, so that its entropy has little contrast.
+HEwoG finds the weakest λ that it may, whatever the lens; the article's, of a map whose size is not told, did so
+less.
 
 **HT1D degrades under perspective.** Lens L2, straightness in px of the picture as it is, by the board's tilt, mean
 over two axes:
