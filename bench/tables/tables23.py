@@ -219,7 +219,7 @@ over two axes:
 
 {table(["tilt", "HT1D", "HEwG"], rows)}
 From {TILTS[0]:g}° to {TILTS[-1]:g}° HT1D's changes by a factor of {last[0] / first[0]:.1f}, HEwG's by {last[1] / first[1]:.1f}: the claim
-{_holds(degrades)}. Seen straight on, all lines have two directions and HT1D is the better one.
+{_holds(degrades)}. HT1D does best seen straight on, where all lines have two directions.
 
 **A 21x21 Sobel mask is best.** {sobel.verdict} (Fig. 11 below.)
 A large mask averages noise and a small one follows the bend and stays clear of crossings: what is best depends
