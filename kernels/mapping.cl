@@ -13,6 +13,7 @@ struct mapping {
     float metric_x, metric_y;          // px of the frame's height per source sample
     float lam;                         // lambda, px^-2
     float lam2;                        // second parameter, px^-4
+    float limit;                       // distorted radius up to which the model holds, px
     float reach;                       // squared undistorted radius up to which the model reaches, px^2
     float maximum;                     // the largest value that the plane's depth holds
     float fill[4];                     // value outside the frame, by component
@@ -37,7 +38,7 @@ static inline void displacement(
     const real square_x = x * map->metric_x;
     const float square_y = y * map->metric_y;
     const real q = square_x * square_x + square_y * square_y;
-    const real ratio = radial_ratio(q, map->lam, map->lam2);
+    const real ratio = radial_ratio(q, map->lam, map->lam2, map->limit);
     const real nowhere = NOWHERE;
     *moved_x = select(nowhere, clamp(x * ratio - from_x, NOWHERE, -NOWHERE), q <= map->reach);
     *moved_y = select(nowhere, clamp(y * ratio - from_y, NOWHERE, -NOWHERE), q <= map->reach);

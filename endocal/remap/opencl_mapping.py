@@ -22,11 +22,14 @@ MAPPING = np.dtype(
         ("metric", "f4", 2),
         ("lam", "f4"),
         ("lam2", "f4"),
+        ("limit", "f4"),
         ("reach", "f4"),
         ("maximum", "f4"),
         ("fill", "f4", 4),
     ]
 )
+
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 def pack_mapping(grid: PlaneGrid, model: DivisionModel) -> np.ndarray:
@@ -42,6 +45,8 @@ def pack_mapping(grid: PlaneGrid, model: DivisionModel) -> np.ndarray:
     mapping["metric"] = grid.metric(model)
     mapping["lam"] = model.lam
     mapping["lam2"] = model.lam2
+    # What single precision cannot hold is everywhere.
+    mapping["limit"] = min(model.valid_radius, _LARGEST)
     mapping["reach"] = squared_reach(model)
     mapping["maximum"] = grid.source.maximum
     mapping["fill"][0, : len(grid.source.fill)] = grid.source.fill
@@ -57,5 +62,4 @@ def squared_reach(model: DivisionModel) -> float:
     denominator = 1 + q * (model.lam + q * model.lam2)
     # At the pole of a barrel distortion the denominator is 0 but for rounding, and every radius is reached.
     reach = q / denominator**2 if denominator > 1e-9 else math.inf
-    # What single precision cannot hold is everywhere too.
-    return reach if reach < float(np.finfo(np.float32).max) else math.inf
+    return reach if reach < _LARGEST else math.inf  # as good as everywhere

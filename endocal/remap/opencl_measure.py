@@ -28,6 +28,8 @@ _CHECK_FORMATS = ("yuv420p", "yuv420p10le", "nv12", "bgr24")
 _CHECK_MODELS = (
     DivisionModel(-8e-5, (70.3, 19.6), _CHECK_SIZE),
     DivisionModel(4e-5, (74.8, 17.1), _CHECK_SIZE, lam2=-4e-9),
+    # Far from the one-parameter root that its inverse starts at.
+    DivisionModel(1.3e-5, (3.0, 17.1), _CHECK_SIZE, lam2=-1.4e-8),
 )
 # What is timed: frames of a usual kind, often enough for a median.
 PIX_FMT, SIZE, INTERPOLATION = "yuv420p", (1920, 1080), "bilinear"

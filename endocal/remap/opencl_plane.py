@@ -20,8 +20,8 @@ STRIP = 64
 # level of 8 bits, and where a curve is off by more the kernel works without it.
 _CURVE_ERROR = 1 / 2048
 _CURVE_BYTES = 52  # of struct curve in kernels/curves.cl
-# From the root of the one-parameter model, this many Newton steps reach single precision.
-_NEWTON_STEPS = 6
+# The most Newton steps of the inverse: 4 are usual, and beyond these single precision holds no more.
+_NEWTON_STEPS = 24
 # Work-groups of the GPU kernel, samples: a row's neighbours together, so that their loads share lines.
 _GROUP = (32, 8)
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from endocal.model import DivisionModel
 from endocal.remap.engine import FrameRemapper
+from endocal.remap.geometry import OutputGeometry
 from endocal.remap.grid import plane_grids
+from endocal.remap.layout import frame_layout
 from endocal.remap.numpy_engine import NumpyEngine
 from endocal.remap.opencl_device import DeviceSession
 from endocal.remap.opencl_engine import OpenCLEngine
-from tests.remap.cases import CASES, FORMATS, INTERPOLATIONS, expected
+from tests.remap.cases import CASES, FORMATS, INTERPOLATIONS, expected, noise
+from tests.remap.reference import remap
 
 # Name -> strategy and staging of the OpenCL engine. Where there is no device these tests fail.
 OPENCL = {
@@ -94,3 +98,26 @@ def test_taps_loaded_or_looked_up_in_registers_match_the_reference(monkeypatch, 
     monkeypatch.setattr(DeviceSession, "looks_up", looks_up)
     for case in CASES:
         check("opencl baked", "yuv420p", case, "bilinear")
+
+
+# Two-parameter models by (lambda R^2, lambda2 R^4), R being half the frame's diagonal: from strong barrels
+# over folds and poles in the frame to strong pincushions, and some for which Newton's steps go far astray.
+SWEEP = [(a, b) for a in np.linspace(-1.2, 1.2, 9) for b in np.linspace(-1.2, 1.2, 10)]
+SWEEP += [(0.1, -0.95), (0.075, -0.6), (0.1, -0.7), (-0.025, -0.85), (1.1, -0.1), (-1.0, 0.25)]
+
+
+def test_every_two_parameter_model_matches_the_reference_up_to_its_fold():
+    size, radius = (120, 90), 75.0
+    # Twice the frame's place each way: most of what a model reaches, and its border where that ends.
+    geometry = OutputGeometry(size, size, (-60.0, -45.0), (2.0, 2.0))
+    layout = frame_layout("gray", size, full_range=True)
+    planes, plane = noise(layout), layout.planes[0]
+    engines = {name: make_engine(name, layout, geometry, "bilinear") for name in ENGINES}
+    for a, b in SWEEP:
+        model = DivisionModel(a / radius**2, (58.7, 45.9), size, lam2=b / radius**4)
+        want, sure = remap(planes[0], plane, plane, geometry, model, "bilinear")
+        for name, engine in engines.items():
+            out = layout.empty()
+            engine.submit(model, planes, out).wait()
+            error = np.abs(out[0][..., None] - want)[sure]
+            assert error.max() <= tolerance(name, plane.depth), f"{name} at {a:g}, {b:g}"
