@@ -146,8 +146,8 @@ def eye_sources(
     """Return where each eye's models come from."""
     recorded = None if spec.zoom_from is None else RecordedZoom(spec.zoom_from)
 
-    def look_ahead(eye: int) -> Iterator[np.ndarray]:
-        return (split.luma(frame, eye) for frame in reader.from_start() or ())
+    def look_ahead(eye: int) -> Iterator[tuple[np.ndarray, float | None]]:
+        return ((split.luma(frame, eye), frame.time) for frame in reader.from_start() or ())
 
     return [
         model_source(

@@ -70,13 +70,13 @@ def model_source(
     assume_diameter: float | None = None,
     recorded: RecordedZoom | None = None,
     log: ZoomLog | None = None,
-    ahead: Callable[[], Iterator[np.ndarray]] | None = None,
+    ahead: Callable[[], Iterator[tuple[np.ndarray, float | None]]] | None = None,
 ) -> ModelSource:
     """Return where the models of frames come from that the lens has been fitted to.
 
     ``lookup`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each frame's circle;
-    each frame's zoom goes to ``log``. ``ahead`` gives the luma of the video's frames from its start on, to
-    look for the first circle where the first frame shows none.
+    each frame's zoom goes to ``log``. ``ahead`` gives the luma and the time in s of the video's frames from
+    its start on, to look for the first circle where the first frame shows none.
     """
     if not isinstance(lens, ZoomTable):
         return FixedModel(lens)

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
-from ..errors import InputError
 from ..model import DivisionModel
 from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.table import ZoomTable
+from .first_circle import Ahead, FirstCircle, first_circle
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 
-# The luma of a video's frames from its start on, as often as asked.
-Ahead = Callable[[], Iterator[np.ndarray]]
-# Looking for the first circle, every so many frames are enough.
-_LOOK_EVERY = 4
 # So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
 _RANGE_SLACK = 1.02
 
@@ -28,8 +23,8 @@ class FollowedZoom:
     """A zoom table, and for each frame the diameter to look it up by: of its own circle, or recorded.
 
     Each frame's zoom goes to ``log``, if there is one. Where the first frames show no circle (a fade from
-    black, a cloth before the lens), the first one in ``ahead``, the video's luma from its start, holds for
-    them; ``notes`` says so, and where the zoom leaves the calibrated range.
+    black, a cloth before the lens, a rim out of the frame), the first one in ``ahead``, the video's luma and
+    times from its start, holds for them; ``notes`` says so, and where the zoom leaves the calibrated range.
     """
 
     def __init__(
@@ -48,6 +43,9 @@ class FollowedZoom:
         self._recorded = recorded
         self._log = log
         self._follower = ZoomFollower(table, FollowSpec(lookup, assume_diameter))
+        # Until a circle is seen or one is assumed, there is nothing to follow.
+        self._has_begun = assume_diameter is not None
+        self._first: FirstCircle | None = None
         self._frame = 0
         self._has_left_range = False
         self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
@@ -97,26 +95,14 @@ class FollowedZoom:
         )
 
     def _follow(self, luma: np.ndarray, time_s: float | None) -> ZoomEstimate:
-        try:
+        shows_circle = self._has_begun or find_boundary(luma, self._table.pixel_aspect) is not None
+        if shows_circle or self._ahead is None:
+            self._has_begun = True
             return self._follower.update(luma, time_s)
-        except InputError:
-            if self._frame > 0 or self._ahead is None:
-                raise
-            diameter = self._first_diameter(self._ahead)
-            if diameter is None:
-                raise InputError(
-                    "no frame shows a visible circle: the zoom is not known; give --zoom-from or"
-                    " --assume-diameter"
-                ) from None
-        self.notes.append(
-            f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
-        )
-        self._follower = ZoomFollower(self._table, FollowSpec(self._lookup, diameter))
-        return self._follower.update(luma, time_s)
-
-    def _first_diameter(self, ahead: Ahead) -> float | None:
-        for luma in itertools.islice(ahead(), 0, None, _LOOK_EVERY):
-            boundary = find_boundary(luma, self._table.pixel_aspect)
-            if boundary is not None:
-                return boundary.diameter
-        return None
+        if self._first is None:
+            self._first = first_circle(self._ahead, self._table, self._lookup)
+            diameter = self._first.seen.diameter
+            self.notes.append(
+                f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
+            )
+        return self._first.held(self._frame, time_s)

@@ -28,3 +28,9 @@ class GrowingDoubt:
         growth = step * (2 * self._shared + step)
         self._shared += step
         return growth
+
+
+def doubt_after(deviation: float, memory: float, seconds: float) -> float:
+    """Return the standard deviation that ``GrowingDoubt`` comes to after ``seconds`` s in small steps."""
+    faded = 1 - math.exp(-seconds / memory)
+    return deviation * math.sqrt(max(0.0, 2 * memory * (seconds - memory * faded)))

@@ -252,7 +252,7 @@ def test_a_fade_from_black_takes_the_first_circle_that_follows(tmp_path: Path) -
     report = run(tmp_path, source, table, zoom_log=str(tmp_path / "log.jsonl"))
     rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert [row["diameter"] for row in rows] == pytest.approx([92.0] * 14, abs=0.5)
-    assert report.zoom == {"given": 5, "rim": 9}
+    assert report.zoom == {"held": 5, "rim": 9}
     assert "first frames show no circle" in report.notes[0]
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from endocal.zoom.doubt import GrowingDoubt
+from endocal.zoom.doubt import GrowingDoubt, doubt_after
 
 
 def test_it_grows_as_what_it_describes_spreads() -> None:
@@ -35,3 +35,11 @@ def test_a_restart_forgets_what_has_added_up() -> None:
     assert doubt.grow(0.1, 0.04) > 2 * first
     doubt.restart()
     assert doubt.grow(0.1, 0.04) == first
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.1, 1.0, 30.0])
+def test_what_it_comes_to_is_known_beforehand(seconds: float) -> None:
+    doubt, steps = GrowingDoubt(0.7), 3000
+    variance = sum(doubt.grow(0.1, seconds / steps) for _ in range(steps))
+    # The steps are small beside the memory, but not infinitely so.
+    assert doubt_after(0.1, 0.7, seconds) == pytest.approx(math.sqrt(variance), rel=0.01)

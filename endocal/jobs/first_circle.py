@@ -1,0 +1,59 @@
+"""The first visible circle of a video, for the frames before it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..boundary.detect import boundary_of, locate_boundary
+from ..errors import InputError
+from ..zoom.doubt import doubt_after
+from ..zoom.follow import FollowSpec, ZoomEstimate
+from ..zoom.table import ZoomTable
+
+# The luma of a video's frames and their times in s, from its start on, as often as asked.
+Ahead = Callable[[], Iterator[tuple[np.ndarray, float | None]]]
+# Looking for the first circle, every so many frames are enough.
+_LOOK_EVERY = 4
+# Seconds between frames where the video does not say.
+_USUAL_STEP = 0.04
+
+
+class FirstCircle(NamedTuple):
+    """The first circle of a video: the zoom that it tells, and the number and time, in s, of its frame."""
+
+    seen: ZoomEstimate
+    number: int
+    time: float | None
+
+    def held(self, number: int, time: float | None) -> ZoomEstimate:
+        """Return the estimate for a frame that shows no circle: this one's, in more doubt the further off."""
+        if time is None or self.time is None:
+            away = abs(self.number - number) * _USUAL_STEP
+        else:
+            away = abs(self.time - time)
+        spec = FollowSpec()
+        doubt = doubt_after(spec.held, spec.memory, away)
+        sigma = math.hypot(self.seen.relative_uncertainty, doubt)
+        return replace(self.seen, relative_uncertainty=sigma)
+
+
+def first_circle(ahead: Ahead, table: ZoomTable, lookup: str) -> FirstCircle:
+    """Look for the first circle in the video; InputError where no frame shows one."""
+    for number, (luma, time) in itertools.islice(enumerate(ahead()), 0, None, _LOOK_EVERY):
+        located = locate_boundary(luma, table.pixel_aspect)
+        if located is None:
+            continue
+        center, diameter = located.boundary.center, located.boundary.diameter
+        boundary = boundary_of(center, diameter, table.size, table.pixel_aspect)
+        sigma = located.diameter_sigma / diameter
+        estimate = ZoomEstimate(table.at(boundary, lookup), None, diameter, "held", sigma)
+        return FirstCircle(estimate, number, time)
+    raise InputError(
+        "no frame shows a visible circle: the zoom is not known; give --zoom-from or --assume-diameter"
+    )
