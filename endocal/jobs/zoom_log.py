@@ -8,6 +8,7 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TextIO
 
@@ -21,6 +22,10 @@ from ..model import DivisionModel
 
 # No circle that a log tells of is wider than this, px: frames are at most 16384 px wide.
 WIDEST_CIRCLE = 1e6
+# No recording goes on to a frame or a second of this number, which floats count exactly.
+_FURTHEST = 2**53
+# Diameters of one instant that differ by more than a log's rounding, relative, contradict each other.
+_SAME_DIAMETER = 1e-4
 COLUMNS = ("frame", "time", "diameter", "source", "lambda", "center_x", "center_y", "uncertainty")
 _CSV, _LINES = (".csv",), (".jsonl", ".ndjson", ".json")
 LOG_SUFFIXES = (*_CSV, *_LINES)
@@ -92,8 +97,9 @@ def zoom_log(path: str, overwrite: bool, inputs: Iterable[str]) -> Iterator[Zoom
 
 
 class RecordedRow(NamedTuple):
-    """One row of a log: what it must hold, and what it may (NaN or "" where it does not)."""
+    """One row of a log: its line, what it must hold, and what it may (NaN or "" where it does not)."""
 
+    line: int
     frame: int | None
     time: float | None
     diameter: float
@@ -105,8 +111,8 @@ class RecordedRow(NamedTuple):
 class RecordedZoom:
     """The diameter over time from a log, interpolated between its rows and held at its ends.
 
-    Rows count by their time or, where a row has none, all of them by their frame number. Raises InputError
-    for a file that is missing or empty, or whose rows lack a diameter.
+    Rows count by their time or, where none has one, by their frame number. Raises InputError for a file
+    that is missing or empty, whose rows lack a diameter, or where two of one instant contradict each other.
     """
 
     def __init__(self, path: str) -> None:
@@ -117,6 +123,19 @@ class RecordedZoom:
         self._places = places[order]
         # A zoom is a ratio, so that it is interpolated in the logarithm.
         self._logs = np.log([row.diameter for row in rows])[order]
+        self._check_instants([rows[i] for i in order])
+
+    def _check_instants(self, rows: Sequence[RecordedRow]) -> None:
+        """Refuse two diameters of one instant; frames of their own may share it, in a damaged recording."""
+        for a, b in pairwise(rows):
+            if a.frame != b.frame or (self.by_time and a.time != b.time):
+                continue
+            if abs(math.log(b.diameter / a.diameter)) > _SAME_DIAMETER:
+                instant = f"{b.time:g} s" if self.by_time else f"frame {b.frame}"
+                raise InputError(
+                    f"{self._name}, line {b.line}: says {b.diameter:g} px of {instant}, where line {a.line}"
+                    f" says {a.diameter:g} px: leave one out"
+                )
 
     def diameter(self, frame: int, time: float | None) -> float:
         """Return the diameter, px, for a frame by its number and time in s."""
@@ -129,14 +148,20 @@ class RecordedZoom:
 def places_of(rows: Sequence[RecordedRow], name: str) -> tuple[bool, NDArray[np.float64]]:
     """Return whether rows count by time, and the time in s or the frame number of each.
 
-    Raises InputError, calling the log ``name``, where there is no row, or one has neither.
+    Raises InputError, calling the log ``name``, where there is no row, one has neither, or some have a time
+    and others do not.
     """
     if not rows:
         raise InputError(f"{name}: holds no row with a diameter")
-    by_time = all(row.time is not None for row in rows)
+    by_time = any(row.time is not None for row in rows)
     places = [row.time if by_time else row.frame for row in rows]
-    if any(place is None for place in places):
-        raise InputError(f"{name}: every row needs a time or a frame number")
+    if None in places:
+        line = rows[places.index(None)].line
+        raise InputError(
+            f"{name}, line {line}: has no time, where other rows have one"
+            if by_time
+            else f"{name}, line {line}: every row needs a time or a frame number"
+        )
     return by_time, np.array(places, np.float64)
 
 
@@ -145,31 +170,53 @@ def recorded_rows(path: str) -> Iterator[RecordedRow]:
     is_csv, name = _is_csv(path), shown(path)
     try:
         with Path(path).open(encoding="utf-8", newline="") as file:
-            rows: Iterable[Any] = csv.DictReader(file) if is_csv else map(_parse, file)
-            for number, row in enumerate(rows, 2 if is_csv else 1):
-                if row is not None:
-                    yield _row(row, f"{name}, line {number}")
+            for line, row in _csv_rows(file, name) if is_csv else _line_rows(file):
+                yield _row(row, line, f"{name}, line {line}")
     except OSError as error:
         raise InputError(f"{name}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise InputError(f"{name}: is no text file") from None
 
 
-def _row(row: Any, where: str) -> RecordedRow:
+def _csv_rows(file: TextIO, name: str) -> Iterator[tuple[int, Any]]:
+    rows = csv.DictReader(file)
     try:
-        diameter = float(row["diameter"])
-        frame, time = (row.get(key) for key in ("frame", "time"))
-        place = (
-            None if frame in (None, "") else int(frame),
-            None if time in (None, "") else float(time),
-        )
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise InputError(f"{where}: needs a diameter in px, and a frame or a time in s") from None
-    if not (math.isfinite(diameter) and 0 < diameter < WIDEST_CIRCLE):
+        for row in rows:
+            yield rows.line_num, row
+    except csv.Error as error:
+        # The reader counts a line once it is through with it.
+        raise InputError(f"{name}, line {rows.line_num + 1}: is no CSV ({error})") from None
+
+
+def _line_rows(file: TextIO) -> Iterator[tuple[int, Any]]:
+    """Parse the lines that are not empty; text that is no JSON stays a string, which no row is."""
+    for number, line in enumerate(file, 1):
+        if not line.strip():
+            continue
+        try:
+            yield number, json.loads(line)
+        except (ValueError, RecursionError):
+            yield number, line
+
+
+def _row(row: Any, line: int, where: str) -> RecordedRow:
+    try:
+        diameter, frame, time = (_stated(row.get(key)) for key in ("diameter", "frame", "time"))
+    except (TypeError, ValueError, AttributeError):
+        diameter = None
+    if diameter is None:
+        raise InputError(f"{where}: needs a diameter in px, and a frame or a time in s")
+    if not 0 < diameter < WIDEST_CIRCLE:
         raise InputError(f"{where}: the diameter {diameter:g} px is that of no circle")
+    if time is not None and not abs(time) < _FURTHEST:
+        raise InputError(f"{where}: the time {time:g} s is that of no frame")
+    if frame is not None and not (abs(frame) < _FURTHEST and frame.is_integer()):
+        raise InputError(f"{where}: the frame {frame:g} is no whole number of one")
     source = row.get("source")
     return RecordedRow(
-        *place,
+        line,
+        None if frame is None else int(frame),
+        time,
         diameter,
         source if isinstance(source, str) else "",
         _number(row.get("lambda")),
@@ -177,11 +224,26 @@ def _row(row: Any, where: str) -> RecordedRow:
     )
 
 
+def _stated(value: Any) -> float | None:
+    """Return what a row must be right about as a number, infinite where it is too large for one.
+
+    None where the row leaves it out; TypeError or ValueError where it is no number.
+    """
+    if value in (None, ""):
+        return None
+    if isinstance(value, bool):
+        raise TypeError
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
 def _number(value: Any) -> float:
     """Return what need not be there as a number; NaN where it is none."""
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return math.nan
 
 
@@ -190,11 +252,3 @@ def _is_csv(path: str) -> bool:
     if suffix not in LOG_SUFFIXES:
         raise UsageError(f"{shown(path)}: a zoom log is .csv or .jsonl")
     return suffix in _CSV
-
-
-def _parse(line: str) -> Any:
-    """Parse one JSON line; None for an empty one, and a string, which no row is, for any other text."""
-    try:
-        return json.loads(line) if line.strip() else None
-    except ValueError:
-        return line

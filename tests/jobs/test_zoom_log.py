@@ -53,6 +53,33 @@ def test_rows_without_a_time_count_by_frame(tmp_path: Path) -> None:
         ("a.jsonl", '{"time": 1}\n', "line 1: needs a diameter"),
         ("a.jsonl", "[1, 2]\n", "line 1: needs a diameter"),
         ("a.jsonl", "time 1\n", "line 1: needs a diameter"),
+        ("a.jsonl", '{"time": 1, "diameter": true}\n', "line 1: needs a diameter"),
+        ("a.jsonl", '{"time": false, "diameter": 400}\n', "line 1: needs a diameter"),
+        ("a.jsonl", '{"time": 1, "diameter": [400]}\n', "line 1: needs a diameter"),
+        ("a.jsonl", '{"frame": 1e999, "diameter": 400}\n', "line 1: the frame inf is no"),
+        ("a.jsonl", f'{{"frame": 1{"0" * 400}, "diameter": 400}}\n', "line 1: the frame inf is no"),
+        (
+            "a.jsonl",
+            f'{{"frame": 0, "diameter": 1{"0" * 400}}}\n',
+            "line 1: the diameter inf px is",
+        ),
+        ("a.jsonl", f'{{"frame": 1{"0" * 5000}, "diameter": 4}}\n', "line 1: needs a diameter"),
+        ("a.jsonl", f"\n{'[' * 100_000}\n", "line 2: needs a diameter"),
+        ("a.csv", f"time,diameter\n1,400\n2,{'4' * 131_073}\n", "line 3: is no CSV"),
+        ("a.csv", "frame,diameter\n0.5,400\n", "line 2: the frame 0.5 is no whole number"),
+        (
+            "a.csv",
+            "time,diameter\n0,400\n\nnan,400\n",
+            "line 4: the time nan s is that of no frame",
+        ),
+        ("a.csv", "time,diameter\n0,400\ninf,400\n", "line 3: the time inf s is that of no frame"),
+        ("a.csv", "frame,time,diameter\n0,0,4\n1,,4\n", "line 3: has no time, where other"),
+        (
+            "a.csv",
+            "time,diameter\n1,40\n0,30\n1,41\n",
+            "line 4: says 41 px of 1 s, where line 2 .* 40",
+        ),
+        ("a.csv", "frame,diameter\n3,40\n3,41\n", "line 3: says 41 px of frame 3, where line 2"),
     ],
 )
 def test_a_wrong_log_is_refused_by_line(tmp_path: Path, name: str, text: str, words: str) -> None:
@@ -60,6 +87,18 @@ def test_a_wrong_log_is_refused_by_line(tmp_path: Path, name: str, text: str, wo
     path.write_text(text)
     with pytest.raises(InputError, match=words):
         RecordedZoom(str(path))
+
+
+def test_an_instant_may_come_twice_if_it_says_the_same_or_is_two_frames(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("frame,time,diameter\n0,1,400\n0,1,400.001\n1,1,420\n2,2,440\n")
+    assert RecordedZoom(str(path)).diameter(2, 2.0) == pytest.approx(440)
+
+
+def test_numbers_that_need_not_be_there_may_be_anything(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    path.write_text(f'{{"frame": 0, "diameter": 400, "lambda": 1{"0" * 400}, "source": 3}}\n')
+    assert RecordedZoom(str(path)).diameter(0, None) == pytest.approx(400)
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
