@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -16,10 +18,12 @@ class SmoothingSpec:
     ``forgetting`` of it is forgotten with each frame.
 
     A measurement further off than ``gate`` standard deviations, held within ``gates``, waits until the next
-    ones agree with it, so that one false detection moves nothing; ``patience`` says how many must agree on a
-    small jump and on one larger than ``large_jump``, each within ``max_speed`` of the one before. Up to
-    ``fastest`` per frame, three agree if their speed is the same within half of ``max_speed``. ``floor`` is
-    the least standard deviation of a measurement.
+    ones agree with it, so that false detections move nothing; ``patience`` says how many must agree on a
+    small jump and on one larger than ``large_jump``. Those that agree lie on the same side of the estimate,
+    each as far off as the one before or further: by up to twice as much as that is off, as at the onset of a
+    zoom, within ``max_speed``. What counts as nearer is a ``gate``, the least of two and the most of three.
+    Up to ``fastest`` per frame, three agree if their speed is the same within half of ``max_speed``.
+    ``floor`` is the least standard deviation of a measurement.
     """
 
     acceleration: float = 2e-4
@@ -34,6 +38,13 @@ class SmoothingSpec:
     floor: float = 3e-4
 
 
+class _Waiting(NamedTuple):
+    """A logarithm that waits, and by how much it was off the estimate."""
+
+    value: float
+    off: float
+
+
 class DiameterFilter:
     """A Kalman filter of the logarithm of the diameter and of its speed per frame.
 
@@ -46,7 +57,9 @@ class DiameterFilter:
         self._speed = 0.0
         # Covariance of (logarithm, speed): p00, p01, p11.
         self._p = (0.0, 0.0, 0.0)
-        self._waiting: list[float] = []
+        self._waiting: list[_Waiting] = []
+        # Which way the last jump went, until the next measurement says whether it was a zoom.
+        self._jumped = 0.0
         self._scatter = spec.floor
         self._acceleration2 = spec.acceleration**2
 
@@ -79,6 +92,7 @@ class DiameterFilter:
         self._p = (sigma * sigma, 0.0, speed_sigma * speed_sigma)
         self._acceleration2 = self._spec.acceleration**2
         self._waiting.clear()
+        self._jumped = 0.0
 
     def predict(self) -> None:
         """Go one frame on at the speed so far."""
@@ -110,8 +124,8 @@ class DiameterFilter:
         innovation = value - self._log
         p00, p01, p11 = self._p
         total = p00 + sigma * sigma
-        # Amid a quick zoom what was a wild jump before is none.
-        most = max(spec.gates[1], math.sqrt(self._acceleration2))
+        # Amid a quick zoom, or after a jump, what was a wild jump before is none.
+        most = max(spec.gates[1], math.sqrt(self._acceleration2), math.sqrt(p11))
         gate = min(max(spec.gate * math.sqrt(total), spec.gates[0]), most)
         if abs(innovation) > gate:
             return self._wait(value, innovation, sigma)
@@ -124,38 +138,57 @@ class DiameterFilter:
         self._log += k0 * innovation
         self._speed += k1 * innovation
         self._p = ((1 - k0) * p00, (1 - k0) * p01, p11 - k1 * p01)
+        if self._speed * self._jumped < 0:
+            # To go back is no zoom.
+            self._speed = 0.0
+            self._p = (self._p[0], 0.0, self._acceleration2)
+        self._jumped = 0.0
         return True
 
     def _wait(self, value: float, innovation: float, sigma: float) -> bool:
         spec = self._spec
-        if self._waiting and abs(value - self._waiting[-1]) > spec.fastest:
+        if self._waiting and abs(value - self._waiting[-1].value) > spec.fastest:
             self._waiting.clear()
-        self._waiting.append(value)
+        self._waiting.append(_Waiting(value, innovation))
         needed = spec.patience[abs(innovation) > spec.large_jump]
-        if not (self._agree(needed) or self._zoom_on()):
+        if not (any(self._agree(n, sigma) for n in range(needed, 4)) or self._zoom_on()):
             return False
-        change = (value - self._waiting[-2]) - self._speed
-        self._accelerate((change / needed) ** 2)
-        self._log, self._speed = value, value - self._waiting[-2]
-        # The speed is the difference of two measurements, of which one is the value.
+        apart = value - self._waiting[-2].value
+        self._accelerate(((apart - self._speed) / needed) ** 2)
+        # Between a zoom at this speed and a jump that is over the next measurement decides: till then the
+        # estimate stays where the last one was.
+        self._log, self._speed = value, 0.0
         variance = sigma * sigma
-        self._p = (variance, variance, 2 * variance + self._acceleration2)
+        self._jumped = innovation
+        self._p = (variance, 0.0, (2 * apart) ** 2 + 2 * variance + self._acceleration2)
         self._waiting.clear()
         return True
 
-    def _agree(self, needed: int) -> bool:
-        """Say whether as many of the last that wait are near one another."""
-        last = self._waiting[-needed:]
-        near = all(abs(b - a) <= self._spec.max_speed for a, b in pairwise(last))
-        return len(last) == needed and near
+    def _agree(self, needed: int, sigma: float) -> bool:
+        """Say whether as many of the last that wait tell of the same jump, or of a zoom that sets in."""
+        spec, last = self._spec, self._waiting[-needed:]
+        if len(last) < needed or not _on_one_side(last):
+            return False
+        noise = max(spec.gate * math.sqrt(2) * sigma, spec.gates[needed > 2])
+        return all(
+            abs(b.value - a.value) <= spec.max_speed
+            and -noise <= abs(b.off) - abs(a.off) <= 2 * abs(a.off) + noise
+            for a, b in pairwise(last)
+        )
 
     def _zoom_on(self) -> bool:
         """Say whether the last three that wait are those of one quick zoom."""
-        if len(self._waiting) < 3:
+        last = self._waiting[-3:]
+        if len(last) < 3 or not _on_one_side(last):
             return False
-        a, b, c = self._waiting[-3:]
+        a, b, c = (w.value for w in last)
         return abs(c - 2 * b + a) <= self._spec.max_speed / 2
 
     def _accelerate(self, square: float) -> None:
         """Expect more of what the speed, by its ``square``, seems to have changed within this frame."""
         self._acceleration2 = max(self._acceleration2, square)
+
+
+def _on_one_side(waiting: Sequence[_Waiting]) -> bool:
+    """Say whether all are off to the same side."""
+    return all((w.off > 0) == (waiting[0].off > 0) for w in waiting)

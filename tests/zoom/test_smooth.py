@@ -90,6 +90,41 @@ def test_false_circles_of_different_sizes_move_nothing() -> None:
     assert np.abs(np.log(run(wrong)[30:36] / run(clean)[29])).max() < 4 * SIGMA
 
 
+@pytest.mark.parametrize(
+    "bad", [(590, 620), (595, 610), (620, 590), (570, 604), (604, 640), (640, 604)]
+)
+def test_two_false_circles_that_disagree_move_nothing(bad: tuple[float, float]) -> None:
+    estimates = run(np.concatenate([np.full(50, 600.0), bad, np.full(5, 600.0)]), sigma=3e-4)
+    assert estimates == pytest.approx(np.full(57, 600.0), rel=3e-4)
+
+
+def test_false_circles_on_both_sides_in_turn_move_nothing() -> None:
+    bad = np.where(np.arange(8) % 2, 612.0, 588.0)
+    estimates = run(np.concatenate([np.full(50, 600.0), bad]), sigma=3e-4)
+    assert estimates == pytest.approx(np.full(58, 600.0), rel=3e-4)
+
+
+@given(st.lists(st.floats(500, 700), min_size=2, max_size=2))
+def test_after_false_circles_the_estimate_is_within_what_was_measured(bad: list[float]) -> None:
+    measured = np.concatenate([np.full(50, 600.0), bad, np.full(6, 600.0)])
+    estimates = run(measured, sigma=3e-4)
+    # Less than a gate counts as noise, and moves the speed, too.
+    assert estimates.min() >= measured.min() * (1 - 3e-3)
+    assert estimates.max() <= measured.max() * (1 + 3e-3)
+    assert estimates[-1] == pytest.approx(600, rel=3e-3)
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.2, 0.35, 0.5, 0.8])
+@pytest.mark.parametrize("speed", [0.01, 0.03, 0.05])
+def test_a_zoom_that_sets_in_between_two_frames_is_two_late_at_most(
+    speed: float, phase: float
+) -> None:
+    truth = 500 * np.exp(speed * np.maximum(np.arange(80) - 40 - phase, 0))
+    late = np.log(truth / run(noisy(truth, sigma=2e-4), sigma=2e-4)) / speed
+    assert np.abs(late).max() <= 2.1
+    assert np.abs(late[45:]).max() <= 0.1
+
+
 def test_a_real_jump_is_believed_after_three_frames() -> None:
     truth = np.where(np.arange(60) < 30, 600.0, 900.0)
     estimates = run(noisy(truth))
