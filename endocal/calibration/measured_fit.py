@@ -20,7 +20,7 @@ from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
 from .pattern import clear_of_corners, join_pieces, measured_once, on_board
 from .picture import Grey
 from .profiles import Measured, measure, smooth_for_profiles
-from .straightness import Floats, Labels
+from .straightness import Floats, Labels, residuals
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
@@ -29,6 +29,8 @@ FEWEST_LINES = 3
 MOST_ROUNDS = 3
 # A fit that is not the last does with so many points: neighbours on a line tell much the same.
 ENOUGH_POINTS = 4000
+# Where averages along lines are noisier than this, px, noise is worse than what else a fitted step looks at.
+NOISY = 0.05
 # A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
 # rounds find the weights of its points, and a residual is an outlier so many times later.
 MODEL_HOLDS = 1.0
@@ -85,9 +87,11 @@ def fit_measured(
     ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
     """
     smooth = [smooth_for_profiles(view.grey) for view in views]
+    noisy = False
     for number in range(MOST_ROUNDS):
         measured = [
-            _measured(s, *line, params, number > 0) for s, line in zip(smooth, lines, strict=True)
+            _measured(s, *line, params, number > 0, noisy)
+            for s, line in zip(smooth, lines, strict=True)
         ]
         whole = [join_pieces(part) for part in measured]
         boards = [on_board(part) for part in whole]
@@ -107,7 +111,9 @@ def fit_measured(
         fit = _fit(few, params, reach, prior, max(0.1, sigma), content)
         params, sigma = fit.params, fit.sigma
         lines = [(part.points, part.labels) for part in parts]
-        if number > 0 and all(a is b for a, b in zip(measured, whole, strict=True)):
+        if number == 0:
+            noisy = _noise(everything, fit) > NOISY
+        elif all(a is b for a, b in zip(measured, whole, strict=True)):
             break
     fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
     on_a_board = any(board is not None for board in boards)
@@ -115,6 +121,11 @@ def fit_measured(
     if on_a_board:
         return refined
     return replace(refined, fit=_weighted(everything, fit, reach, prior, content))
+
+
+def _noise(m: Measured, fit: Fit) -> float:
+    off = residuals(m.points, m.labels, fit.params, sides=m.sides)
+    return misfit(off, m.labels, OUTLYING * fit.softness).noise
 
 
 def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
@@ -219,11 +230,11 @@ def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float
 
 
 def _measured(
-    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool
+    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool, steps: bool
 ) -> Measured:
     if len(points) == 0:
         return Measured.none()
-    measured = measure(smooth, points, labels, params, follow)
+    measured = measure(smooth, points, labels, params, follow, steps)
     return measured.take(np.ones(len(measured.points), bool))
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .courses import Courses, courses
 from .picture import Grey
 from .sampling import sample
-from .step_edge import WIDEST, fit_steps
+from .step_edge import WIDEST, Steps, fit_steps
 from .straightness import Floats, Labels
 
 # Smoothing of the picture before profiles are taken, px (sigma). And how many neighbouring profiles along a
@@ -66,50 +66,53 @@ def smooth_for_profiles(grey: Grey) -> Grey:
 
 
 def measure(
-    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool = False
+    smooth: Grey,
+    points: Floats,
+    labels: Labels,
+    params: Floats,
+    follow: bool = False,
+    steps: bool = False,
 ) -> Measured:
     """Measure the lines through ``points`` (n, 2) with ``labels`` (n,) again, one profile a pixel.
 
     An edge is the steepest place near where ``params`` (lam, cx, cy[, lam2]) says that a line runs; with
-    ``follow``, a step fitted near where its points run: more exact, from points that are known to a pixel.
+    ``follow``, near where its points run, if they are known to a pixel; with ``steps``, too, it is a step
+    fitted there: noise moves that less, but it looks at more of what lies around.
     """
     along = courses(points, labels, params, follow)
-    reach = WIDEST if follow else REACH + 1
+    reach = WIDEST if steps else REACH + 1
     offsets = np.arange(-reach, reach + 1, dtype=np.float64)
     seen = sample(smooth, along.at[:, None] + offsets[:, None] * along.normals[:, None])
     levels = _average_along(seen, along.owner)
-    offset, height, there, looked = _steps(levels) if follow else _steepest(levels)
-    usual = _usual(np.abs(height), along.owner, int(labels.max()) + 1)
-    good = there & (np.abs(height) > LEAST_STRENGTH * usual[along.owner])
-    good &= _inside(along, looked, smooth)
-    at, normals = along.at[good], along.normals[good]
-    ends = np.sort(levels[good][:, [reach - looked, reach + looked]], axis=1)
-    points = at + offset[good, None] * normals
-    return Measured(points, along.owner[good], np.sign(height[good]), ends)
+    edges = fit_steps(levels, along.owner) if steps else _steepest(levels)
+    strength = np.abs(edges.heights)
+    usual = _usual(strength, along.owner, int(labels.max()) + 1)
+    good = edges.near & (strength > LEAST_STRENGTH * usual[along.owner])
+    good &= _inside(along, edges.reach, smooth)
+    rows, looked = np.flatnonzero(good), edges.reach[good]
+    ends = np.stack([levels[rows, reach - looked], levels[rows, reach + looked]], axis=1)
+    points = along.at[good] + edges.offsets[good, None] * along.normals[good]
+    sides = np.sign(edges.heights[good])
+    return Measured(points, along.owner[good], sides, np.sort(ends, axis=1))
 
 
-def _steepest(levels: Floats) -> tuple[Floats, Floats, NDArray[np.bool_], int]:
-    """The steepest places of profiles: offsets px, slopes, which are edges, how far levels were looked at."""
+def _steepest(levels: Floats) -> Steps:
+    """The steepest places of profiles, and their slopes."""
     across = (levels[:, 2:] - levels[:, :-2]) / 2
     index, rows = np.abs(across).argmax(axis=1), np.arange(len(across))
-    there = (index > 0) & (index < 2 * REACH)
+    near = (index > 0) & (index < 2 * REACH)
     index = np.clip(index, 1, 2 * REACH - 1)
     peak, before, after = across[rows, index], across[rows, index - 1], across[rows, index + 1]
     top = before - 2 * peak + after
     shift = (before - after) / 2 / np.where(np.abs(top) < 1e-6, 1e-6, top)
-    return index - REACH + np.clip(shift, -0.75, 0.75), peak, there, REACH + 1
+    offsets = index - REACH + np.clip(shift, -0.75, 0.75)
+    return Steps(offsets, peak, near, np.full(len(rows), REACH + 1))
 
 
-def _steps(levels: Floats) -> tuple[Floats, Floats, NDArray[np.bool_], int]:
-    """The steps of profiles: offsets px, heights, which are edges, how far levels were looked at."""
-    steps = fit_steps(levels)
-    return steps.offsets, steps.heights, steps.near, steps.reach
-
-
-def _inside(along: Courses, looked: int, smooth: Grey) -> NDArray[np.bool_]:
+def _inside(along: Courses, looked: Labels, smooth: Grey) -> NDArray[np.bool_]:
     """Which places lie so far inside the picture that all of their profile does."""
     h, w = smooth.shape
-    reach = looked * np.abs(along.normals)
+    reach = looked[:, None] * np.abs(along.normals)
     return np.asarray(
         ((along.at >= reach) & (along.at <= np.array([w - 1, h - 1]) - reach)).all(axis=1)
     )

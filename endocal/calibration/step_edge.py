@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from .straightness import Floats
+from .straightness import Floats, Labels
 
 # Widths (standard deviations of the blur) that are tried, px; a step is looked at so many widths to both
 # sides, and between these px: its place is told the better, the better the levels beside it are known.
@@ -24,8 +24,9 @@ WIDTH_WINDOW = 4
 FARTHEST, SPACING = 1.5, 0.1
 SHIFTS = np.arange(-FARTHEST, FARTHEST + SPACING / 2, SPACING)
 ROUNDS = 3
-# A mean profile that falls by this share of its height within a px has come to the next edge.
-FALL = 0.02
+# The mean profile of a stretch of so many px that falls by this share of its height within a px has come to
+# the next edge.
+STRETCH, FALL = 48, 0.03
 # The width is that of steps within so many px of the middle.
 MIDDLE = 0.25
 
@@ -34,30 +35,41 @@ MIDDLE = 0.25
 class Steps:
     """Steps fitted to profiles: offsets (n,) px from their middles; heights (n,), positive for rising ones.
 
-    ``near`` (n,): which lie no farther from the middle than steps are sought; ``reach`` px: how far to both
-    sides the levels were looked at.
+    ``near`` (n,): which lie no farther from the middle than steps are sought; ``reach`` (n,) px: how far to
+    both sides the levels were looked at.
     """
 
     offsets: Floats
     heights: Floats
     near: NDArray[np.bool_]
-    reach: int
+    reach: Labels
 
 
-def fit_steps(profiles: Floats) -> Steps:
-    """Fit a step to each of ``profiles`` (n, 2 * WIDEST + 1), grey levels 1 px apart, all of one width."""
-    mean = _mean(profiles)
-    steps = _fit(profiles, _width(mean), _free(mean))
+def fit_steps(profiles: Floats, owner: Labels) -> Steps:
+    """Fit a step to each of ``profiles`` (n, 2 * WIDEST + 1), grey levels 1 px apart, all of one width.
+
+    Those of one ``owner`` (n,) follow each other along a line.
+    """
+    rising = _rising(profiles)
+    free = _free(rising, owner)
+    steps = _fit(profiles, _width(rising.sum(axis=0)), free)
     # The mean of profiles whose steps lie here and there is wider than each of them.
     middle = np.abs(steps.offsets) < MIDDLE
-    if not middle.any():
-        return steps
-    mean = _mean(profiles[middle])
-    return _fit(profiles, _width(mean), _free(mean))
+    return _fit(profiles, _width(rising[middle].sum(axis=0)), free) if middle.any() else steps
 
 
-def _fit(profiles: Floats, width: float, free: int) -> Steps:
-    reach = int(np.clip(round(WINDOW * width), NARROWEST, free))
+def _fit(profiles: Floats, width: float, free: Labels) -> Steps:
+    wanted = int(np.clip(round(WINDOW * width), NARROWEST, WIDEST))
+    reach = np.minimum(free, wanted)
+    offsets, heights = np.empty(len(profiles)), np.empty(len(profiles))
+    for r in np.unique(reach):
+        own = reach == r
+        offsets[own], heights[own] = _fit_within(profiles[own], width, int(r))
+    return Steps(offsets, heights, np.abs(offsets) < FARTHEST, reach)
+
+
+def _fit_within(profiles: Floats, width: float, reach: int) -> tuple[Floats, Floats]:
+    """Offsets and heights of steps, from levels up to ``reach`` px from the middle."""
     y = profiles[:, WIDEST - reach : WIDEST + reach + 1]
     y = y - y.mean(axis=1, keepdims=True)
     rise, slope = _templates(reach, width)
@@ -72,7 +84,7 @@ def _fit(profiles: Floats, width: float, free: int) -> Steps:
         moved = (rs[k] * ry - rr[k] * sy) / determinant[k]
         offset = SHIFTS[k] + moved / np.where(np.abs(height) < 1e-6, 1e-6, height)
         k = np.rint((np.clip(offset, -FARTHEST, FARTHEST) + FARTHEST) / SPACING).astype(np.intp)
-    return Steps(offset, height, np.abs(offset) < FARTHEST, reach)
+    return offset, height
 
 
 def _templates(reach: int, width: float) -> tuple[Floats, Floats]:
@@ -82,24 +94,34 @@ def _templates(reach: int, width: float) -> tuple[Floats, Floats]:
     return rise - rise.mean(axis=1, keepdims=True), slope - slope.mean(axis=1, keepdims=True)
 
 
-def _mean(profiles: Floats) -> Floats:
-    """The mean profile, falling ones turned round, less its mean."""
+def _rising(profiles: Floats) -> Floats:
+    """The profiles less their means, falling ones turned round."""
     sides = profiles[:, WIDEST + 1 :] - profiles[:, WIDEST - 1 :: -1]
-    mean = np.sign(sides[:, :NARROWEST].sum(axis=1)) @ profiles
-    return np.asarray(mean - mean.mean())
+    rising = np.sign(sides[:, :NARROWEST].sum(axis=1))[:, None] * profiles
+    return np.asarray(rising - rising.mean(axis=1, keepdims=True))
 
 
 def _width(mean: Floats) -> float:
     """The width at which a step fits the middle of a mean profile best."""
     part = mean[WIDEST - WIDTH_WINDOW : WIDEST + WIDTH_WINDOW + 1]
+    part = part - part.mean()
     steps = ndtr(np.arange(-WIDTH_WINDOW, WIDTH_WINDOW + 1) / WIDTHS[:, None])
     steps -= steps.mean(axis=1, keepdims=True)
     explained = (steps @ part) ** 2 / (steps * steps).sum(axis=1)
     return float(WIDTHS[np.argmax(explained)])
 
 
-def _free(mean: Floats) -> int:
-    """How far from the middle, px, a mean profile rises or stays level: beyond, the next edges come in."""
-    steps = np.diff(mean)
-    falls = -FALL * np.ptp(mean) > np.minimum(steps[WIDEST:], steps[WIDEST - 1 :: -1])
-    return max(int(np.argmax(falls)) if falls.any() else WIDEST, NARROWEST)
+def _free(rising: Floats, owner: Labels) -> Labels:
+    """How far from the middle, (n,) px, profiles rise or stay level: beyond, the next edges come in.
+
+    That is told for a stretch of each line at a time: bars and squares are seen narrower here than there.
+    """
+    first = np.flatnonzero(np.diff(owner, prepend=-1) != 0)
+    along = np.arange(len(owner)) - np.repeat(first, np.diff(first, append=len(owner)))
+    starts = np.flatnonzero(along % STRETCH == 0)
+    mean = np.add.reduceat(rising, starts) / np.diff(starts, append=len(owner))[:, None]
+    steps = np.diff(mean, axis=1)
+    outward = np.minimum(steps[:, WIDEST:], steps[:, WIDEST - 1 :: -1])
+    falls = outward < -FALL * np.ptp(mean, axis=1)[:, None]
+    free = np.where(falls.any(axis=1), falls.argmax(axis=1), WIDEST)
+    return np.repeat(np.maximum(free, NARROWEST), np.diff(starts, append=len(owner)))

@@ -2,9 +2,14 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from endocal.calibration.step_edge import NARROWEST, WIDEST, fit_steps
+from endocal.calibration.step_edge import NARROWEST, STRETCH, WIDEST, Steps, fit_steps
 
 X = np.arange(-WIDEST, WIDEST + 1)
+
+
+def steps_of(levels: np.ndarray) -> Steps:
+    """Steps of profiles along one line."""
+    return fit_steps(levels, np.zeros(len(levels), np.intp))
 
 
 def profiles(
@@ -16,22 +21,20 @@ def profiles(
 @pytest.mark.parametrize("width", [0.9, 1.3, 2.0, 2.8])
 def test_steps_are_found_where_they_are(width: float) -> None:
     offsets = np.linspace(-1.2, 1.2, 49)
-    steps = fit_steps(profiles(offsets, width))
+    steps = steps_of(profiles(offsets, width))
     assert steps.offsets == pytest.approx(offsets, abs=0.01)
     assert steps.heights == pytest.approx(100, rel=0.05)
     assert steps.near.all()
-    assert NARROWEST <= steps.reach <= WIDEST
+    assert ((steps.reach >= NARROWEST) & (steps.reach <= WIDEST)).all()
 
 
 def test_a_falling_step_has_a_negative_height() -> None:
-    steps = fit_steps(
-        np.concatenate([profiles(np.zeros(3), 1.2), 140 - profiles(np.zeros(3), 1.2)])
-    )
+    steps = steps_of(np.concatenate([profiles(np.zeros(3), 1.2), 140 - profiles(np.zeros(3), 1.2)]))
     assert np.sign(steps.heights).tolist() == [1, 1, 1, -1, -1, -1]
 
 
 def test_a_step_beyond_the_window_is_not_near() -> None:
-    steps = fit_steps(profiles(np.array([0.0, 0.1, -0.1, 4.0]), 1.0))
+    steps = steps_of(profiles(np.array([0.0, 0.1, -0.1, 4.0]), 1.0))
     assert steps.near.tolist() == [True, True, True, False]
 
 
@@ -43,7 +46,7 @@ def test_noise_moves_it_hardly_more_than_it_must() -> None:
     rng = np.random.default_rng(2)
     width, height = 1.9, 100.0
     clean = profiles(np.zeros(4000), width, height=height)
-    steps = fit_steps(clean + rng.normal(0, 6.0, clean.shape))
+    steps = steps_of(clean + rng.normal(0, 6.0, clean.shape))
     bound = 6.0 / height * np.sqrt(2 * np.sqrt(np.pi) * width)
     assert steps.offsets.std() < 1.7 * bound
 
@@ -52,6 +55,21 @@ def test_other_edges_nearby_are_not_looked_at() -> None:
     """Bars 10 px wide: beyond 5 px from an edge the levels are those of the next one."""
     offsets = np.linspace(-0.4, 0.4, 41)
     bars = sum(s * profiles(offsets + at, 1.2) for s, at in ((1, 0.0), (-1, 10.0), (-1, -10.0)))
-    steps = fit_steps(bars)
-    assert steps.reach <= 5
+    steps = steps_of(bars)
+    assert (steps.reach <= 5).all()
     assert steps.offsets == pytest.approx(offsets, abs=0.01)
+
+
+def test_each_stretch_of_a_line_is_looked_at_as_far_as_its_own_neighbours_allow() -> None:
+    """Bars seen 7 px wide at one end of their edges and 40 px at the other, and an edge on its own."""
+    offsets = np.linspace(-0.3, 0.3, 2 * STRETCH)
+    widths = np.repeat([7.0, 40.0], STRETCH)
+    bars = sum(s * profiles(offsets + at * widths, 1.7) for s, at in ((1, 0), (-1, 1), (-1, -1)))
+    alone = profiles(offsets[:5], 1.7)
+    owner = np.repeat([0, 1], [len(bars), len(alone)])
+    steps = fit_steps(np.concatenate([bars, alone]), owner)
+    assert (steps.reach[:STRETCH] <= 4).all()
+    assert (steps.reach[STRETCH:] > 4).all()
+    # Bars of four widths of the blur melt into each other a little.
+    assert steps.offsets[:STRETCH] == pytest.approx(offsets[:STRETCH], abs=0.06)
+    assert steps.offsets[STRETCH : 2 * STRETCH] == pytest.approx(offsets[STRETCH:], abs=0.01)
