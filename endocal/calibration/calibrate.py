@@ -36,6 +36,8 @@ SHORT_OF_FOLD = 0.98
 OUTLYING = 5.0
 # A picture whose residual is this many times larger under the common model than under its own is left out.
 OUTLYING_PICTURE = 2.5
+# Residuals below this, px, make no picture one of another lens, and below that leave no doubt that two agree.
+SAME_LENS, ALIKE = 0.1, 0.04
 # Straightness that a model monotonic over all of the content may cost.
 ALMOST_AS_STRAIGHT = 1.15
 # A second parameter may not fold the picture within so many times the radius that the lines reach.
@@ -90,33 +92,45 @@ def calibrate(
 
 def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = CalibrationSpec()) -> Joint:
     """Calibrate as ``calibrate`` does, and tell how each picture went with the others."""
-    scene = look_at(images, spec)
+    kept = list(range(len(images)))
     while True:
+        scene = look_at([images[i] for i in kept], spec)
         found = _search(scene, spec)
         if not spec.refine:
             bare = _bare(scene, spec, found)
             return Joint(bare, Workings(scene, found), (None,) * len(images))
         refined, content = _refine(scene, spec, found)
-        outlier = _outlier(scene, refined, content)
-        if outlier is None:
+        pictures = _pictures(scene)
+        # Of two that differ nothing tells which is wrong.
+        floor = SAME_LENS if len(pictures) > 2 else ALIKE
+        worst, misfit = _worst_picture(scene, refined, content, floor)
+        differ = misfit > OUTLYING_PICTURE
+        if len(pictures) < 3 or not differ:
             break
-        scene = replace(scene, views=[v for v in scene.views if v.picture != outlier])
-    used = {view.picture for view in scene.views}
-    rms = tuple(_rms_of(scene, refined, i) if i in used else None for i in range(len(images)))
-    left_out = tuple(i for i in range(len(images)) if i not in used)
-    calibration, workings = _calibration(scene, spec, found, refined)
+        # What the others show is looked at anew: the circle, too, may have been this one's.
+        del kept[worst]
+    rms_of = {kept[picture]: _rms_of(scene, refined, picture) for picture in pictures}
+    rms = tuple(rms_of.get(i) for i in range(len(images)))
+    left_out = tuple(i for i in range(len(images)) if i not in rms_of)
+    calibration, workings = _calibration(scene, spec, found, refined, differ)
     return Joint(calibration, workings, rms, left_out)
 
 
-def _outlier(scene: Scene, refined: Refined, content: float) -> int | None:
-    """The picture that fits the common model worst, where that is much worse than its own."""
-    pictures = sorted({view.picture for view in scene.views})
-    if len(pictures) < 3:
-        return None
+def _pictures(scene: Scene) -> list[int]:
+    """The numbers of the pictures in which something is seen."""
+    return sorted({view.picture for view in scene.views})
+
+
+def _worst_picture(
+    scene: Scene, refined: Refined, content: float, floor: float
+) -> tuple[int, float]:
+    """The picture that fits the common model worst, and how many times worse than one of its own."""
+    if len(_pictures(scene)) < 2:
+        return 0, 1.0
     reach = reach_of(scene.views, scene.prior.center)
-    misfits = misfit_of_views(refined, reach, scene.prior, content)
+    misfits = misfit_of_views(refined, reach, scene.prior, content, floor)
     worst = int(np.argmax(misfits))
-    return scene.views[worst].picture if misfits[worst] > OUTLYING_PICTURE else None
+    return scene.views[worst].picture, misfits[worst]
 
 
 def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
@@ -185,7 +199,7 @@ def _farthest(refined: Refined) -> float:
 
 
 def _calibration(
-    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined
+    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined, differ: bool
 ) -> tuple[Calibration, Workings]:
     fit = refined.fit
     full = refined.covariance
@@ -196,7 +210,7 @@ def _calibration(
         (float(sigmas[1]) / spec.pixel_aspect, float(sigmas[2])),
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
-    evidence = _evidence(scene, refined, model, full, found.cost)
+    evidence = replace(_evidence(scene, refined, model, full, found.cost), differ=differ)
     quality = replace(judge(evidence), entropy=_entropy(spec, found))
     calibration = _with_usable_radius(
         Calibration(model, uncertainty, scene.boundary, quality, _source(spec))

@@ -214,8 +214,13 @@ def _fit(
     )
 
 
-def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float) -> list[float]:
-    """For each view, its robust residual under the common model over that under one of its own."""
+def misfit_of_views(
+    refined: Refined, reach: float, prior: Prior, content: float, floor: float
+) -> list[float]:
+    """For each view, its robust residual under the common model over that under one of its own.
+
+    Residuals of less than ``floor`` px count as that.
+    """
     out = []
     for view in range(int(refined.view.max()) + 1):
         own = refined.view == view
@@ -224,8 +229,7 @@ def misfit_of_views(refined: Refined, reach: float, prior: Prior, content: float
             continue
         fit, m = refined.fit, refined.measured.take(own)
         alone = _fit(m, fit.params, reach, prior, fit.softness, content)
-        # Below a tenth of a px a lens is no other lens.
-        out.append(max(robust_sigma(fit.residuals[own]), 0.1) / max(alone.sigma, 0.1))
+        out.append(max(robust_sigma(fit.residuals[own]), floor) / max(alone.sigma, floor))
     return out
 
 

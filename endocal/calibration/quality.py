@@ -55,11 +55,16 @@ class Evidence:
     bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
     astray: float = 0.0  # of the centre from the frame's middle, in the prior's standard deviations
+    differ: bool = False  # whether two pictures are of lenses that differ
 
 
 def judge(e: Evidence) -> Quality:
     """Return the verdict, with every reason against "good"."""
     failed, doubts = [], []
+    if e.differ:
+        doubts.append(
+            "the two pictures do not go together: of one lens at one zoom? calibrate from each alone"
+        )
     if e.lines < FAILED_LINES:
         failed.append(f"only {e.lines} straight lines found: show the pattern larger or sharper")
     elif e.lines < FEW_LINES:

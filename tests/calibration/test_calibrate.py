@@ -107,7 +107,8 @@ def test_several_pictures_share_one_model_and_a_stranger_is_left_out() -> None:
     mates = [
         render_board(board(rotation=r, tilt=t, seed=r)) for r, t in ((5, 10), (40, 30), (70, 25))
     ]
-    stranger = render_board(board(lam=-5e-6, center=(300.0, 250.0)))
+    circle = ContentCircle((330.0, 236.0), 440.0)
+    stranger = render_board(board(lam=-5e-6, center=(300.0, 250.0), circle=circle))
     joint = calibrate_jointly([*mates, stranger])
     assert joint.left_out == (3,)
     assert joint.rms[3] is None
@@ -115,6 +116,18 @@ def test_several_pictures_share_one_model_and_a_stranger_is_left_out() -> None:
     assert joint.calibration.model.lam == pytest.approx(-2.4e-6, rel=0.001)
     alone = calibrate(mates[0]).uncertainty.lam
     assert joint.calibration.uncertainty.lam < alone
+    assert joint.calibration.boundary is None, "the stranger alone shows a circle"
+
+
+@pytest.mark.parametrize("factor", [1.1, 1.5])
+def test_two_pictures_of_different_lenses_are_doubted(factor: float) -> None:
+    first = render_board(board(lam=-3e-6))
+    second = board(lam=-3e-6 * factor, axis=100, rotation=40, seed=7)
+    quality = calibrate([first, render_board(second)]).quality
+    assert quality.verdict == "doubtful"
+    assert "do not go together" in quality.reasons[0]
+    mate = render_board(board(lam=-3e-6, axis=100, rotation=40, seed=7))
+    assert calibrate([first, mate]).quality.verdict == "good"
 
 
 @pytest.mark.parametrize("seed", range(900, 908))
