@@ -37,6 +37,10 @@ class FollowedZoom:
         ahead: Ahead | None,
     ) -> None:
         self.notes: list[str] = []
+        if recorded is not None and lookup == "area":
+            self.notes.append(
+                "--zoom-from tells diameters and no areas: instead of --lookup area, --lookup diameter holds"
+            )
         self._ahead = ahead
         self._table = table
         self._lookup = lookup

@@ -157,7 +157,8 @@ class ZoomTable:
     def at_diameter(self, diameter: float, lookup: str = "auto") -> DivisionModel:
         """Return the model where the visible circle is ``diameter`` px wide, be it in the frame or not.
 
-        ``diameter``: quadratic prediction (eq. 15) from the setting of the closest diameter.
+        ``diameter``: quadratic prediction (eq. 15) from the setting of the closest diameter; ``area``, too,
+        since a diameter alone does not tell the area.
         ``auto``: lam D^2 (and lam2 D^4) through the settings' own values by a monotone curve, constant
         outside them: exact at the settings and smooth in the diameter.
         """
@@ -165,7 +166,7 @@ class ZoomTable:
             raise ValueError(f"lookup {lookup!r} is none of {', '.join(LOOKUPS)}")
         if not (math.isfinite(diameter) and diameter > 0):
             raise InputError(f"the diameter {diameter:g} px is not a positive number")
-        if lookup == "diameter":
+        if lookup != "auto":
             closest = min(self.settings, key=lambda s: abs(s.diameter - diameter))
             ratio2 = (diameter / closest.diameter) ** 2
             lam, lam2 = closest.lam / ratio2, closest.lam2 / ratio2**2

@@ -1,4 +1,4 @@
-"""A zoom that leaves what was calibrated is noted, once."""
+"""How a record is looked up; a zoom that leaves what was calibrated is noted, once."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ TABLE = ZoomTable(
 )
 
 
-def follow(folder: Path, diameters: list[float]) -> FollowedZoom:
+def follow(folder: Path, diameters: list[float], lookup: str = "auto") -> FollowedZoom:
     path = folder / "zoom.csv"
     rows = [f"{i},{i / 25},{d}" for i, d in enumerate(diameters)]
     path.write_text("\n".join(["frame,time,diameter", *rows]) + "\n")
-    zoom = FollowedZoom(TABLE, "auto", None, RecordedZoom(str(path)), None, None)
+    zoom = FollowedZoom(TABLE, lookup, None, RecordedZoom(str(path)), None, None)
     for i in range(len(diameters)):
         zoom.model(lambda: np.zeros((480, 640), np.uint8), i / 25)
     return zoom
@@ -37,3 +37,9 @@ def test_beyond_it_the_law_is_named_once(tmp_path: Path) -> None:
     assert "560 px" in note
     assert "0.08 s" in note
     assert "400 to 500 px" in note
+
+
+def test_a_record_tells_no_area_and_is_looked_up_by_diameter(tmp_path: Path) -> None:
+    (note,) = follow(tmp_path, [450.0], "area").notes
+    assert "no areas" in note
+    assert not follow(tmp_path, [450.0], "diameter").notes

@@ -221,3 +221,12 @@ def test_a_setting_needs_a_diameter(value: float) -> None:
 def test_another_shape_of_frame_is_refused() -> None:
     with pytest.raises(InputError, match="aspect"):
         lens(-1.3, [300, 400]).rescale((1280, 720))
+
+
+def test_a_diameter_alone_is_looked_up_by_area_as_by_diameter() -> None:
+    # Far from the law, so that the look-ups differ.
+    table = ZoomTable(
+        (Setting(-5e-6, MIDDLE, 400.0, 1e5), Setting(-4e-6, MIDDLE, 500.0, 2e5)), SIZE
+    )
+    assert table.at_diameter(460, "area") == table.at_diameter(460, "diameter")
+    assert table.at_diameter(460, "area") != table.at_diameter(460, "auto")
