@@ -35,6 +35,8 @@ WIDEST_WINDOW = 10
 # A corner farther from where the fitted model sees it than this, in robust deviations and px, is none.
 OUTLYING, LEAST_OUTLYING = 5.0, 0.5
 MOST_ROUNDS = 30
+# Two points lie on a line whatever they are; the third proves it: so many neighbouring corners make a row.
+FEWEST_IN_ROW = 3
 # A mesh of the seed is a square where its grey levels spread less than this share of their step to others.
 MOST_SPREAD = 0.3
 FEWEST_SEEDS = 9
@@ -84,11 +86,13 @@ def find_board(grey: Grey) -> Board | None:
     model = fit([corners], _start(corners))
     for _ in range(MOST_ROUNDS):
         grown = _grown(grey, corners, model)
-        added = len(grown.points) - len(corners.points)
         model = fit([grown], model.params, rounds=15)
+        before = {*map(tuple, corners.places)}
+        # What is dropped here is measured anew in the next round, if the model expects it.
         corners = _without_outliers(grown, model)
-        if added == 0:
+        if before == {*map(tuple, corners.places)}:
             break
+    corners = _without_stray_rows(corners)
     return Board(corners, fit([corners], model.params))
 
 
@@ -241,3 +245,30 @@ def _without_outliers(board: Corners, model: Fit) -> Corners:
     with np.errstate(invalid="ignore"):
         kept = off < limit
     return Corners(board.points[kept], board.places[kept])
+
+
+def _without_stray_rows(board: Corners) -> Corners:
+    """Drop outermost rows and columns that no FEWEST_IN_ROW neighbours in line speak for.
+
+    Beside a board, its margin, the table and the rim of the view may look like the four squares of a corner,
+    once; a row of the board shows several. A board too small to have such rows comes back as it is.
+    """
+    kept = np.ones(len(board.points), bool)
+    while kept.any():
+        outermost = np.zeros_like(kept)
+        for axis in (0, 1):
+            across, along = board.places[:, axis], board.places[:, 1 - axis]
+            for value in (across[kept].min(), across[kept].max()):
+                own = kept & (across == value)
+                if _longest_run(along[own]) < FEWEST_IN_ROW:
+                    outermost |= own
+        if not outermost.any():
+            return Corners(board.points[kept], board.places[kept])
+        kept &= ~outermost
+    return board
+
+
+def _longest_run(places: Labels) -> int:
+    """How many of the places (n,), whole numbers, follow each other without a gap, at most."""
+    breaks = np.flatnonzero(np.diff(np.sort(places)) > 1) + 1
+    return max(len(run) for run in np.split(places, breaks))

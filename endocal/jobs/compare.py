@@ -113,7 +113,8 @@ def compare(
     """Run each method on each picture, and measure all on the same lines.
 
     A method that refuses has a row that says why. Raises InputError, naming the file, for one that is no
-    usable picture, and CalibrationError where no method found anything. ``progress`` is told each work.
+    usable picture, and CalibrationError where no method found anything, or a picture does not show the board
+    to measure on. ``progress`` is told each work.
     """
     images = [read_image(path) for path in spec.images]
     pictures, rows = [], []
@@ -135,6 +136,9 @@ def _lines(path: str, image: Image, spec: ComparisonSpec) -> tuple[Picture, Line
         lines = spec.lines.find(image, spec.seen)
         check_inside(lines, size)
     except CalibrationError as error:
+        # Asked for by name, a board that is not there is an error, as for endocal evaluate.
+        if spec.lines.board is not None:
+            raise CalibrationError(f"{shown(path)}: {error}") from None
         return Picture(path, without=str(error)), None
     except InputError as error:
         raise InputError(f"{shown(path)}: {error}") from None

@@ -11,16 +11,20 @@ from ..calibration.calibrate import OUTLYING, Image, calibrate_jointly
 from ..calibration.evaluate import LinePoints
 from ..calibration.scene import look_at
 from ..calibration.spec import CalibrationSpec, Lines
-from ..calibration.straightness import Floats
+from ..calibration.straightness import Floats, Labels
 from ..errors import CalibrationError, UsageError
+
+# Of the corners that --board tells of, so great a share each way is in view at least.
+LEAST_SEEN = 0.5
 
 
 @dataclass(frozen=True)
 class LineSource:
     """Lines that somebody chose, or a chessboard's rows and columns, or those that the pictures show.
 
-    ``board`` is (columns, rows) of its inner corners. With neither, the lines are found by a calibration of
-    the picture, which knows nothing of the model that is measured on them.
+    ``board`` is (columns, rows) of its inner corners; up to half each way may be out of view. With neither,
+    the lines are found by a calibration of the picture, which knows nothing of the model that is measured on
+    them.
     """
 
     lines: Lines | None = None
@@ -55,13 +59,19 @@ def _on_board(image: Image, counts: tuple[int, int], spec: CalibrationSpec) -> L
         board = find_board(view.grey)
         if board is None:
             continue
-        seen = np.ptp(board.corners.places, axis=0) + 1
-        if any(a > b for a, b in zip(sorted(seen), sorted(counts), strict=True)):
-            raise CalibrationError(
-                f"the chessboard has {seen[0]}x{seen[1]} inner corners, more than"
-                f" --board {counts[0]}x{counts[1]} says"
-            )
+        _check_counts(np.ptp(board.corners.places, axis=0) + 1, counts)
         lines += [line / (spec.pixel_aspect, 1.0) for line in board.lines()]
     if not lines:
         raise CalibrationError("no chessboard found: leave --board out, or give --lines")
     return LinePoints.of(lines)
+
+
+def _check_counts(seen: Labels, counts: tuple[int, int]) -> None:
+    """Refuse a board of ``seen`` (columns, rows) that is not one of ``counts``, whichever way it lies."""
+    said = f"--board {counts[0]}x{counts[1]} says"
+    has = f"the chessboard has {seen[0]}x{seen[1]} inner corners"
+    pairs = list(zip(sorted(seen), sorted(counts), strict=True))
+    if any(a > b for a, b in pairs):
+        raise CalibrationError(f"{has}, more than {said}")
+    if any(a < LEAST_SEEN * b for a, b in pairs):
+        raise CalibrationError(f"{has} in view, less than half of what {said}: is it this board?")

@@ -69,6 +69,15 @@ def test_every_corner_of_a_board_is_found_where_it_is(lam: float) -> None:
     assert found.fit.params[0] * reach**2 == pytest.approx(lam * reach**2, abs=0.01)
 
 
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_a_board_does_not_grow_past_its_end(sample_data: Path, number: int) -> None:
+    """14 x 11 squares, and a margin beside the rim of the view that looks like a corner here and there."""
+    found = find_board(to_grey(read_image(sample_data / f"board-{number}.png")))
+    assert found is not None
+    assert sorted(np.ptp(found.corners.places, axis=0) + 1) == [10, 13]
+    assert len(found.corners.points) == 130
+
+
 def test_its_lines_run_along_rows_and_columns() -> None:
     scene = board()
     found = find_board(to_grey(render_board(scene)))

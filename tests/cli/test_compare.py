@@ -92,6 +92,15 @@ def test_nothing_to_calibrate_from(endocal: Callable[..., Any], folder: Path) ->
     assert "no method" in done.fails(1)
 
 
+def test_a_board_to_measure_on_that_is_not_there(endocal: Callable[..., Any], folder: Path) -> None:
+    measured = ("compare", "--method", "wang", "--board")
+    few = endocal(*measured, "5x4", folder / "board.png").fails(1)
+    assert "board.png: the chessboard has" in few
+    assert "more than --board 5x4 says" in few
+    none = endocal(*measured, "11x8", folder / "bars.png").fails(1)
+    assert "bars.png: no chessboard found" in none
+
+
 def test_wrong_usage(endocal: Callable[..., Any], folder: Path) -> None:
     start = ("compare", folder / "board.png")
     assert "--method magic: one of hewg" in endocal(*start, "--method", "magic").fails(2)

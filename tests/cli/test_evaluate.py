@@ -58,6 +58,8 @@ def test_the_corners_of_a_board(endocal: Callable[..., Any], folder: Path) -> No
     assert 17 <= found["all"]["lines"] <= 19
     few = endocal("evaluate", "-c", folder / "true.toml", "--board", "5x4", folder / "board.png")
     assert "inner corners, more than --board 5x4 says" in few.fails(1)
+    many = endocal("evaluate", "-c", folder / "true.toml", "--board", "50x40", folder / "board.png")
+    assert "less than half of what --board 50x40 says" in many.fails(1)
 
 
 def test_lines_that_it_finds_itself(endocal: Callable[..., Any], folder: Path) -> None:
