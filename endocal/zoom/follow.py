@@ -12,6 +12,7 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
+from .clock import USUAL_STEP, Elapsed, FrameClock
 from .doubt import GrowingDoubt
 from .rest import RestSpec, ZoomRest
 from .smooth import DiameterFilter, SmoothingSpec
@@ -19,9 +20,6 @@ from .table import LOOKUPS, ZoomTable
 from .track import ScaleTracker, TrackingSpec
 
 Luma = NDArray[np.uint8] | NDArray[np.uint16]
-
-# Seconds between frames where the video does not say.
-_USUAL_STEP = 0.04
 
 SOURCES = ("rim", "tracked", "held", "given")
 
@@ -85,7 +83,7 @@ class ZoomFollower:
         self._doubt = GrowingDoubt(spec.memory)
         # The picture's dilation since the rim was last seen that may be either's, and the most that it was.
         self._dilated = self._most_dilated = 0.0
-        self._time: float | None = None
+        self._clock = FrameClock()
         self._last: Boundary | None = None
         self._current: tuple[float, DivisionModel] | None = None
         if spec.assume_diameter is not None:
@@ -107,21 +105,16 @@ class ZoomFollower:
             luma, self._table.pixel_aspect, self._spec.boundary, guess=self._last
         )
         self._last = None if located is None else located.boundary
-        seconds = self._elapsed(time_s)
+        elapsed, recount = self._clock.tick(time_s)
+        self._filter.recount(recount)
         if self._filter.known and not (self._is_assumed and located is not None):
-            source = self._follow(luma, located, seconds)
+            source = self._follow(luma, located, elapsed)
         elif located is not None:
             self._begin(located)
             source = "rim"
         else:
             raise InputError(_nothing_known(time_s))
         return self._estimate(self._last, source)
-
-    def _elapsed(self, time_s: float | None) -> float:
-        """Return the time since the last frame, s; a usual one where it is not said."""
-        last, self._time = self._time, time_s
-        seconds = 0.0 if last is None or time_s is None else time_s - last
-        return seconds if 0 < seconds < 1 else _USUAL_STEP
 
     def _begin(self, located: Located) -> None:
         """Take the first rim that is seen as it is."""
@@ -131,9 +124,9 @@ class ZoomFollower:
         self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
         self._is_assumed = self._is_tracking = False
 
-    def _follow(self, luma: Luma, located: Located | None, seconds: float) -> str:
+    def _follow(self, luma: Luma, located: Located | None, elapsed: Elapsed) -> str:
         """Advance by one frame and what it showed, and name where the estimate comes from."""
-        tracked = self._advance(luma, seconds, lost=located is None)
+        tracked = self._advance(luma, elapsed, lost=located is None)
         if located is None:
             return "given" if self._is_assumed and not tracked else tracked or "held"
         diameter = located.boundary.diameter
@@ -142,12 +135,14 @@ class ZoomFollower:
         self._is_tracking = False
         return "rim"
 
-    def _advance(self, luma: Luma, seconds: float, lost: bool) -> str:
+    def _advance(self, luma: Luma, elapsed: Elapsed, lost: bool) -> str:
         """Predict this frame's diameter from the last; returns "tracked" where the picture told it."""
         state, spec = self._filter, self._spec
+        # In a gap of a second or more, the doubt grows as in one frame.
+        seconds = elapsed.seconds if elapsed.seconds < 1 else USUAL_STEP
         if not self._is_tracking:
             # The speed so far carries over the first frame without a rim; the tracker starts from there.
-            state.predict()
+            state.predict(elapsed)
             if lost:
                 self._tracker.forget()
                 self._rest.forget(moves=state.is_moving)
@@ -162,13 +157,13 @@ class ZoomFollower:
         if step is None:
             self._rest.forget()
             state.stop()
-            state.scale(0.0, math.sqrt(self._doubt.grow(spec.held, seconds)))
+            state.scale(0.0, math.sqrt(self._doubt.grow(spec.held, seconds)), elapsed)
             return ""
         zoom = self._rest.take(step, seconds)
         if self._rest.rests:
             self._dilated += zoom.open * (step.logarithm + step.approach)
         self._most_dilated = max(self._most_dilated, abs(self._dilated))
-        state.scale(zoom.logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)))
+        state.scale(zoom.logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)), elapsed)
         return "tracked"
 
     @property

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
+from .clock import Elapsed
+
 
 @dataclass(frozen=True)
 class SmoothingSpec:
@@ -23,7 +25,8 @@ class SmoothingSpec:
     each as far off as the one before or further: by up to twice as much as that is off, as at the onset of a
     zoom, within ``max_speed``. What counts as nearer is a ``gate``, the least of two and the most of three.
     Up to ``fastest`` per frame, three agree if their speed is the same within half of ``max_speed``.
-    ``floor`` is the least standard deviation of a measurement.
+    What waited for longer than ``lasts`` s and ``lasts_frames`` is forgotten. ``floor`` is the least standard
+    deviation of a measurement. A speed is taken to go on for ``reach`` frames at most while none arrives.
     """
 
     acceleration: float = 2e-4
@@ -35,14 +38,18 @@ class SmoothingSpec:
     large_jump: float = 0.08
     max_speed: float = 0.06
     fastest: float = 0.15
+    lasts: float = 1.0
+    lasts_frames: float = 4.0
     floor: float = 3e-4
+    reach: float = 10.0
 
 
 class _Waiting(NamedTuple):
-    """A logarithm that waits, and by how much it was off the estimate."""
+    """What waits: a logarithm, how far off the estimate it was, and how many frames after the last."""
 
     value: float
     off: float
+    frames: float
 
 
 class DiameterFilter:
@@ -58,6 +65,8 @@ class DiameterFilter:
         # Covariance of (logarithm, speed): p00, p01, p11.
         self._p = (0.0, 0.0, 0.0)
         self._waiting: list[_Waiting] = []
+        # What went by since the last measurement, taken in or waiting.
+        self._since = Elapsed(0.0, 0.0)
         # Which way the last jump went, until the next measurement says whether it was a zoom.
         self._jumped = 0.0
         self._scatter = spec.floor
@@ -94,27 +103,49 @@ class DiameterFilter:
         self._waiting.clear()
         self._jumped = 0.0
 
-    def predict(self) -> None:
-        """Go one frame on at the speed so far."""
+    def predict(self, elapsed: Elapsed = Elapsed()) -> None:
+        """Go on by what went by since the last frame, at the speed so far."""
+        frames = elapsed.frames
+        if frames > self._spec.reach:
+            self.stop()
+        self._pass(elapsed)
         p00, p01, p11 = self._p
         self._acceleration2 = max(
-            self._spec.acceleration**2, (1 - self._spec.forgetting) * self._acceleration2
+            self._spec.acceleration**2,
+            (1 - self._spec.forgetting) ** frames * self._acceleration2,
         )
         q = self._acceleration2
-        self._log += self._speed
-        self._p = (p00 + 2 * p01 + p11 + q / 4, p01 + p11 + q / 2, p11 + q)
+        self._log += self._speed * frames
+        self._p = (
+            p00 + 2 * p01 * frames + p11 * frames**2 + q * frames**3 / 4,
+            p01 + p11 * frames + q * frames**2 / 2,
+            p11 + q * frames,
+        )
 
-    def scale(self, logarithm: float, sigma: float) -> None:
-        """Go one frame on by a relative scale that was measured between the two frames."""
+    def scale(self, logarithm: float, sigma: float, elapsed: Elapsed = Elapsed()) -> None:
+        """Go on to the next frame by a relative scale that was measured between the two."""
+        self._pass(elapsed)
         self._log += logarithm
-        self._speed = logarithm
+        self._speed = logarithm / elapsed.frames
         p00 = self._p[0] + sigma * sigma
-        self._p = (p00, 0.0, sigma * sigma + self._spec.acceleration**2)
+        self._p = (p00, 0.0, (sigma / elapsed.frames) ** 2 + self._spec.acceleration**2)
+
+    def recount(self, ratio: float) -> None:
+        """Count from now on in frames that are ``ratio`` times as long as before."""
+        self._speed *= ratio
+        self._p = (self._p[0], self._p[1] * ratio, self._p[2] * ratio**2)
 
     def stop(self) -> None:
         """Forget the speed: with nothing to see, a zoom is not taken to go on."""
         self._speed = 0.0
         self._p = (self._p[0], 0.0, self._p[2])
+
+    def _pass(self, elapsed: Elapsed) -> None:
+        """Let what waits grow old."""
+        frames, seconds = (a + b for a, b in zip(self._since, elapsed, strict=True))
+        self._since = Elapsed(frames, seconds)
+        if seconds > self._spec.lasts and frames > self._spec.lasts_frames:
+            self._waiting.clear()
 
     def correct(self, diameter: float, sigma: float) -> bool:
         """Take in a measured diameter, px; False where it has to wait for others to agree with it."""
@@ -130,6 +161,7 @@ class DiameterFilter:
         if abs(innovation) > gate:
             return self._wait(value, innovation, sigma)
         self._waiting.clear()
+        self._since = Elapsed(0.0, 0.0)
         # The scatter about a still estimate shows what the fit of a single circle cannot know of.
         self._scatter += 0.05 * (min(abs(innovation), 3 * sigma) * 0.8 - self._scatter)
         if innovation * innovation > spec.surprise**2 * total:
@@ -147,13 +179,15 @@ class DiameterFilter:
 
     def _wait(self, value: float, innovation: float, sigma: float) -> bool:
         spec = self._spec
-        if self._waiting and abs(value - self._waiting[-1].value) > spec.fastest:
+        since, self._since = self._since, Elapsed(0.0, 0.0)
+        frames = max(since.frames, 1.0)
+        if self._waiting and abs(value - self._waiting[-1].value) > spec.fastest * frames:
             self._waiting.clear()
-        self._waiting.append(_Waiting(value, innovation))
+        self._waiting.append(_Waiting(value, innovation, frames))
         needed = spec.patience[abs(innovation) > spec.large_jump]
         if not (any(self._agree(n, sigma) for n in range(needed, 4)) or self._zoom_on()):
             return False
-        apart = value - self._waiting[-2].value
+        apart = (value - self._waiting[-2].value) / frames
         self._accelerate(((apart - self._speed) / needed) ** 2)
         # Between a zoom at this speed and a jump that is over the next measurement decides: till then the
         # estimate stays where the last one was.
@@ -171,8 +205,8 @@ class DiameterFilter:
             return False
         noise = max(spec.gate * math.sqrt(2) * sigma, spec.gates[needed > 2])
         return all(
-            abs(b.value - a.value) <= spec.max_speed
-            and -noise <= abs(b.off) - abs(a.off) <= 2 * abs(a.off) + noise
+            abs(b.value - a.value) <= spec.max_speed * b.frames
+            and -noise <= abs(b.off) - abs(a.off) <= 2 * abs(a.off) * b.frames + noise
             for a, b in pairwise(last)
         )
 
@@ -181,8 +215,8 @@ class DiameterFilter:
         last = self._waiting[-3:]
         if len(last) < 3 or not _on_one_side(last):
             return False
-        a, b, c = (w.value for w in last)
-        return abs(c - 2 * b + a) <= self._spec.max_speed / 2
+        before, after = ((b.value - a.value) / b.frames for a, b in pairwise(last))
+        return abs(after - before) <= self._spec.max_speed / 2
 
     def _accelerate(self, square: float) -> None:
         """Expect more of what the speed, by its ``square``, seems to have changed within this frame."""

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from endocal.zoom.clock import Elapsed
 from endocal.zoom.smooth import DiameterFilter
 
 SIGMA = 1e-3
@@ -142,3 +143,56 @@ def test_the_stated_uncertainty_is_that_of_the_estimates() -> None:
         state.correct(600 * float(np.exp(rng.normal(0, SIGMA))), SIGMA)
         errors.append(np.log(state.diameter / 600) / state.sigma)
     assert 0.5 < np.std(errors) < 1.5
+
+
+def test_false_circles_far_apart_in_time_never_agree() -> None:
+    state = DiameterFilter()
+    state.restart(600.0, 3e-4)
+    for _ in range(4):
+        # Two seconds of tracking, then the same false circle.
+        for _ in range(50):
+            state.scale(0.0, 1e-5)
+        assert not state.correct(530.0, 3e-4)
+    assert state.diameter == pytest.approx(600)
+
+
+def test_a_jump_in_a_video_of_a_frame_a_second_is_believed() -> None:
+    state = DiameterFilter()
+    state.restart(600.0, 3e-4)
+    taken = []
+    for _ in range(3):
+        state.predict(Elapsed(1.0, 1.0))
+        taken.append(state.correct(700.0, 3e-4))
+    assert taken == [False, False, True]
+
+
+@pytest.mark.parametrize("dropped", [1, 3, 6])
+@pytest.mark.parametrize("speed", [0.004, 0.016, -0.016])
+def test_frames_dropped_amid_a_zoom_leave_no_trace(speed: float, dropped: int) -> None:
+    state = DiameterFilter()
+    state.restart(400.0, 3e-4, 0.015)
+    at = 0
+    for i in range(60):
+        frames = 1 + dropped * (i in (30, 31, 45))
+        at += frames
+        state.predict(Elapsed(float(frames), frames * 0.04))
+        assert state.correct(400 * float(np.exp(speed * at)), 3e-4) or i < 3
+        if i > 3:
+            assert abs(np.log(state.diameter / 400) - speed * at) < 3 * state.sigma
+
+
+@given(st.lists(st.floats(590, 610), min_size=1, max_size=20))
+def test_frames_of_half_the_length_tell_the_same_speed(measured: list[float]) -> None:
+    one, two = DiameterFilter(), DiameterFilter()
+    for state in (one, two):
+        state.restart(600.0, 1e-3, 0.01)
+    for index, diameter in enumerate(measured):
+        # The second begins to count in half frames later on.
+        if index == 5:
+            two.recount(0.5)
+        one.predict()
+        two.predict(Elapsed(1.0 if index < 5 else 2.0, 0.04))
+        if index <= 5:
+            assert two.diameter == pytest.approx(one.diameter, rel=1e-12)
+            one.correct(diameter, 1e-3)
+            two.correct(diameter, 1e-3)
