@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
+from ..errors import InputError, UsageError
 from ..model import DivisionModel
 from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.table import ZoomTable
@@ -17,6 +19,8 @@ from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 
 # So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
 _RANGE_SLACK = 1.02
+# No lens zooms so far beyond both its settings and the frame, as a ratio.
+_FURTHEST_ZOOM = 4.0
 
 
 class FollowedZoom:
@@ -25,6 +29,7 @@ class FollowedZoom:
     Each frame's zoom goes to ``log``, if there is one. Where the first frames show no circle (a fade from
     black, a cloth before the lens, a rim out of the frame), the first one in ``ahead``, the video's luma and
     times from its start, holds for them; ``notes`` says so, and where the zoom leaves the calibrated range.
+    Raises UsageError for an assumed diameter that no circle before this lens can have.
     """
 
     def __init__(
@@ -36,6 +41,8 @@ class FollowedZoom:
         log: ZoomLog | None,
         ahead: Ahead | None,
     ) -> None:
+        if assume_diameter is not None:
+            _check_assumed(assume_diameter, table, lookup)
         self.notes: list[str] = []
         if recorded is not None and lookup == "area":
             self.notes.append(
@@ -110,3 +117,19 @@ class FollowedZoom:
                 f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
             )
         return self._first.held(self._frame, time_s)
+
+
+def _check_assumed(diameter: float, table: ZoomTable, lookup: str) -> None:
+    low, high = (table.settings[i].diameter for i in (0, -1))
+    width, height = table.size
+    least = min(low, height) / _FURTHEST_ZOOM
+    most = max(high, math.hypot(width * table.pixel_aspect, height)) * _FURTHEST_ZOOM
+    seen = f"in frames of {width}x{height} the zoom table goes from {low:.0f} to {high:.0f} px"
+    if not least <= diameter <= most:
+        raise UsageError(
+            f"--assume-diameter {diameter:g}: {seen}, and {least:.0f} to {most:.0f} px can be assumed"
+        )
+    try:
+        table.at_diameter(diameter, lookup)
+    except InputError as error:
+        raise UsageError(f"--assume-diameter {diameter:g}: {error}; {seen}") from None

@@ -1,4 +1,4 @@
-"""How a record is looked up; a zoom that leaves what was calibrated is noted, once."""
+"""A zoom that is recorded or assumed: how it is looked up, and what is said of one beyond the table."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from endocal.errors import UsageError
 from endocal.jobs.zoom_log import RecordedZoom
 from endocal.jobs.zoom_source import FollowedZoom
 from endocal.zoom.table import Setting, ZoomTable
@@ -43,3 +44,32 @@ def test_a_record_tells_no_area_and_is_looked_up_by_diameter(tmp_path: Path) -> 
     (note,) = follow(tmp_path, [450.0], "area").notes
     assert "no areas" in note
     assert not follow(tmp_path, [450.0], "diameter").notes
+
+
+@pytest.mark.parametrize("lookup", ["auto", "diameter", "area"])
+@pytest.mark.parametrize("diameter", [1e-3, 90.0, 3300.0, 1e5, 1e300])
+def test_an_assumed_diameter_that_cannot_be_is_refused_at_once(
+    lookup: str, diameter: float
+) -> None:
+    with pytest.raises(
+        UsageError, match=r"--assume-diameter .*640x480 .*400 to 500 px.*100 to 3200"
+    ):
+        FollowedZoom(TABLE, lookup, diameter, None, None, None)
+
+
+@pytest.mark.parametrize("diameter", [101.0, 450.0, 3100.0])
+def test_one_far_beyond_the_frame_is_not(diameter: float) -> None:
+    zoom = FollowedZoom(TABLE, "auto", diameter, None, None, None)
+    model = zoom.model(lambda: np.zeros((480, 640), np.uint8), 0.0)
+    assert model.lam * diameter**2 == pytest.approx(-1.3)
+    assert zoom.sources == {"given": 1}
+
+
+def test_one_that_the_table_cannot_tell_a_lens_for_is_refused_at_once() -> None:
+    # The centre runs away with the zoom.
+    settings = (
+        Setting(-1.3 / 400**2, (319.5, 239.5), 400.0),
+        Setting(-1.3 / 500**2, (360, 239.5), 500.0),
+    )
+    with pytest.raises(UsageError, match=r"--assume-diameter 3100: .*400 to 500 px"):
+        FollowedZoom(ZoomTable(settings, (640, 480)), "auto", 3100.0, None, None, None)
