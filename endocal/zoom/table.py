@@ -21,7 +21,9 @@ from .interpolate import MonotoneCurve, line_slope, linear
 
 LOOKUPS = ("auto", "diameter", "area")
 
-# A setting that departs from the law by more than this is no setting of the same lens.
+# A setting that departs from the law by more than this is no setting of the same lens. Of two settings, the
+# weaker departs from the stronger: their mean would be half as far from each. Table I of the article has two
+# of one lens that are 26 % apart.
 _MAX_DEPARTURE = 0.30
 # A setting stands out when it departs by this much, and by this many times more than the others do.
 _OUTLIER_DEPARTURE = 0.05
@@ -92,7 +94,8 @@ class ZoomTable:
     """The settings of one lens, sorted by diameter, for frames of ``size`` (width, height) px.
 
     Raises InputError for fewer than two settings, two equal diameters, a setting whose model folds the
-    picture within its own circle, and one that breaks the law by more than 30 %.
+    picture within its own circle, and one that breaks the law by more than 30 % (of two settings: if they
+    differ by more than 30 % of the stronger).
     """
 
     settings: tuple[Setting, ...]
@@ -122,14 +125,18 @@ class ZoomTable:
         self._check_law()
 
     def _check_law(self) -> None:
-        departures = self.law.departures
-        worst = max(range(len(departures)), key=lambda i: abs(departures[i]))
-        if abs(departures[worst]) <= _MAX_DEPARTURE:
+        if len(self.settings) == 2:
+            # Either may be the wrong one.
+            named = self.settings
+            a, b = (s.strength for s in self.settings)
+            departure = abs(a - b) / max(abs(a), abs(b), _WEAKEST_LAW)
+        else:
+            departure, worst = max((abs(d), i) for i, d in enumerate(self.law.departures))
+            named = self.settings[worst : worst + 1]
+        if departure <= _MAX_DEPARTURE:
             return
-        # Of two settings, either may be the wrong one.
-        named = self.settings if len(departures) == 2 else (self.settings[worst],)
         raise InputError(
-            f"the law lambda * diameter^2 = constant is broken by {abs(departures[worst]):.0%} at diameter"
+            f"the law lambda * diameter^2 = constant is broken by {departure:.0%} at diameter"
             f" {' and '.join(s.title for s in named)}: is it the same lens? calibrate again there or leave it"
             " out"
         )

@@ -68,6 +68,17 @@ def test_two_settings_cannot_tell_which_of_them_is_wrong() -> None:
     assert lens(-1.3, [400, 600], [0.0, 0.15]).law.outlier is None
 
 
+def test_a_pair_is_judged_by_its_ratio() -> None:
+    # Within 30 % of their mean, but not of each other; the article's F3 and F4 are one lens.
+    with pytest.raises(InputError, match=r"broken by 31% at diameter 400 px and 600 px"):
+        lens(-1.3, [400, 600], [0.0, -0.31])
+    with pytest.raises(InputError, match=r"broken by 46%"):
+        lens(-1.3, [400, 600], [0.0, -0.46])
+    lens(-1.3, [400, 600], [-0.29, 0.0])
+    (third, wide, _), (fourth, tele, _) = TABLE_I["F3"], TABLE_I["F4"]
+    assert len(table((third, wide), (fourth, tele)).settings) == 2
+
+
 def test_settings_that_agree_have_no_outlier() -> None:
     assert lens(-1.3, [400, 500, 600], [0.0, 0.01, -0.01]).law.outlier is None
 
