@@ -20,6 +20,8 @@ from .table import ZoomTable
 
 Luma = NDArray[np.uint8]
 
+# Bits to a sample that cameras and codecs know.
+_DEPTHS = (8, 10, 12, 14, 16)
 # Over this step of the logarithm the centre's movement is taken.
 _AHEAD = 1e-3
 
@@ -53,6 +55,7 @@ class ScaleTracker:
         self._last: Luma | None = None
         self._places = np.empty((0, 1, 2), np.float32)
         self._sought = 0
+        self._depth = _DEPTHS[0]
         self._scene = SceneShape(spec.motion)
 
     def forget(self) -> None:
@@ -74,7 +77,7 @@ class ScaleTracker:
         """
         model = table.at_diameter(diameter)
         reduction = max(1, round(luma.shape[0] / self._spec.height))
-        current = _reduced(luma, reduction)
+        current = self._reduced(luma, reduction)
         last, self._last = self._last, current
         if last is None or last.shape != current.shape:
             self._places, self._sought = self._places[:0], 0
@@ -98,6 +101,23 @@ class ScaleTracker:
             self._spec.noise * reduction,
             rests,
         )
+
+    def _reduced(self, luma: NDArray[np.uint8] | NDArray[np.uint16], reduction: int) -> Luma:
+        """Average the picture over blocks of ``reduction`` px, in 8 bit.
+
+        The depth is the one that the brightest value so far needs. It never falls: light that flickers must
+        not change by how much successive pictures are darkened.
+        """
+        size = (luma.shape[1] // reduction, luma.shape[0] // reduction)
+        small = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), luma.dtype)
+        if small.dtype == np.uint8:
+            return np.asarray(small, np.uint8)
+        brightest = int(small.max())
+        depth = max(self._depth, next(d for d in _DEPTHS if brightest < 1 << d))
+        if self._last is not None:
+            self._last = np.asarray(self._last // (1 << depth - self._depth), np.uint8)
+        self._depth = depth
+        return (small // (1 << depth - _DEPTHS[0])).astype(np.uint8)
 
     def _drift(
         self, table: ZoomTable, model: DivisionModel, diameter: float
@@ -124,14 +144,6 @@ class ScaleTracker:
         full = (places.astype(np.float64) + 0.5) * reduction - 0.5 - model.center
         full[:, 0] *= self._aspect
         return full
-
-
-def _reduced(luma: NDArray[np.uint8] | NDArray[np.uint16], reduction: int) -> Luma:
-    """Average the picture over blocks of ``reduction`` px, in 8 bit."""
-    size = (luma.shape[1] // reduction, luma.shape[0] // reduction)
-    small = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), luma.dtype)
-    depth = max(int(small.max()).bit_length() - 8, 0) if small.dtype != np.uint8 else 0
-    return (small // (1 << depth)).astype(np.uint8) if depth else np.asarray(small, np.uint8)
 
 
 def _follow(

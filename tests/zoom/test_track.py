@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import cv2
 import numpy as np
@@ -18,20 +19,26 @@ DIAMETER = 900.0
 STRENGTH = -1.3
 
 
-def test_a_zoomed_texture_is_followed() -> None:
+TABLE = ZoomTable(tuple(Setting(STRENGTH / d**2, MIDDLE, d) for d in (600.0, 1200.0)), SIZE)
+
+
+def zoomed(speed: float, count: int) -> Iterator[np.ndarray]:
+    """Frames of a zoom that magnifies a texture about the centre, where its middle lies."""
     rng = np.random.default_rng(5)
     scene = (255 * texture(rng, (960, 720), 1.2)).astype(np.uint8)
-    zoom = ZoomTable(tuple(Setting(STRENGTH / d**2, MIDDLE, d) for d in (600.0, 1200.0)), SIZE)
-    tracker = ScaleTracker()
-    total, speed, diameter = 0.0, 0.01, DIAMETER
-    for i in range(16):
-        # The zoom magnifies the frame about the centre; the scene's middle lies there.
+    for i in range(count):
         scale = math.exp(speed * i)
         matrix = np.array(
             [[scale, 0, MIDDLE[0] - scale * 480], [0, scale, MIDDLE[1] - scale * 360]]
         )
-        frame = cv2.warpAffine(scene, matrix, SIZE, flags=cv2.INTER_AREA)
-        step = tracker.step(np.asarray(frame, np.uint8), zoom, diameter)
+        yield cv2.warpAffine(scene, matrix, SIZE, flags=cv2.INTER_AREA).astype(np.uint8)
+
+
+def test_a_zoomed_texture_is_followed() -> None:
+    tracker = ScaleTracker()
+    total, speed, diameter = 0.0, 0.01, DIAMETER
+    for i, frame in enumerate(zoomed(speed, 16)):
+        step = tracker.step(frame, TABLE, diameter)
         assert (step is None) == (i == 0)
         if step is not None:
             total += step.logarithm
@@ -40,9 +47,23 @@ def test_a_zoomed_texture_is_followed() -> None:
     assert total == pytest.approx(15 * speed, rel=0.03)
 
 
+@pytest.mark.parametrize("brightest", [256, 512, 1024, 4096])
+def test_light_that_flickers_about_a_power_of_two_hides_nothing(brightest: int) -> None:
+    tracker = ScaleTracker()
+    total, speed, diameter = 0.0, 0.01, DIAMETER
+    for i, frame in enumerate(zoomed(speed, 10)):
+        light = brightest * (0.98 if i % 2 == 0 else 1.02)
+        deep = (frame / frame.max() * light).astype(np.uint16)
+        step = tracker.step(deep, TABLE, diameter)
+        assert (step is None) == (i == 0)
+        if step is not None:
+            total += step.logarithm
+            diameter *= math.exp(step.logarithm)
+    assert total == pytest.approx(9 * speed, rel=0.1)
+
+
 @pytest.mark.parametrize("level", [0, 128, 255])
 def test_an_even_picture_tells_nothing(level: int) -> None:
-    zoom = ZoomTable(tuple(Setting(STRENGTH / d**2, MIDDLE, d) for d in (600.0, 1200.0)), SIZE)
     tracker = ScaleTracker()
     frame = np.full((480, 640), level, np.uint8)
-    assert [tracker.step(frame, zoom, DIAMETER) for _ in range(3)] == [None] * 3
+    assert [tracker.step(frame, TABLE, DIAMETER) for _ in range(3)] == [None] * 3
