@@ -125,14 +125,14 @@ class ZoomTable:
         self._check_law()
 
     def _check_law(self) -> None:
-        if len(self.settings) == 2:
-            # Either may be the wrong one.
-            named = self.settings
-            a, b = (s.strength for s in self.settings)
+        # Of two settings, either may be the wrong one.
+        named: Sequence[Setting] = self.settings
+        if len(named) == 2:
+            a, b = (s.strength for s in named)
             departure = abs(a - b) / max(abs(a), abs(b), _WEAKEST_LAW)
         else:
             departure, worst = max((abs(d), i) for i, d in enumerate(self.law.departures))
-            named = self.settings[worst : worst + 1]
+            named = [self.settings[worst]]
         if departure <= _MAX_DEPARTURE:
             return
         raise InputError(
