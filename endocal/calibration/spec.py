@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from numbers import Integral, Real
 
 from ..errors import UsageError
 
@@ -10,6 +12,11 @@ MODELS = ("division", "division2")
 
 # The methods that take lines which somebody chose.
 METHODS_OF_LINES = ("wang", "htrdc")
+
+# More models a round than the cube of this are no search but a wait, of hours and gigabytes.
+MOST_SAMPLES = 100
+# Each round narrows the range; long before this it is nothing.
+MOST_ROUNDS = 1000
 
 Center = str | tuple[float, float]
 # Each line as its points (x, y), px of the frame.
@@ -22,12 +29,12 @@ class CalibrationSpec:
 
     ``method`` is a name in the registry of methods; ``refine`` turns the plumb-line refinement on.
     ``center`` is "free" (searched), "image" (the frame's centre) or an (x, y) in px to keep.
-    ``samples`` per axis of Algorithm 1 and ``epsilon``, the range of lambda in px^-2 at which it stops, are
-    the article's. ``sobel`` is how many px around an edge point tell its direction, the
-    article's size of a mask. ``roi`` is
-    (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
-    ``pixel_aspect`` is a pixel's width over its height. ``lines`` are lines that somebody chose in the
-    picture, for the methods that take some. Raises UsageError for values that make no sense.
+    ``samples`` per axis of Algorithm 1 (3 to 100) and ``epsilon``, the range of lambda in px^-2 at which it
+    stops, are the article's. ``center_region`` is the share of width and height, 0 to 1, in which the centre
+    is sought. ``sobel`` is how many px around an edge point tell its direction, the article's size of a mask.
+    ``roi`` is (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
+    ``pixel_aspect`` is a pixel's width over its height, 0.1 to 10. ``lines`` are lines that somebody chose in
+    the picture, for the methods that take some. Raises UsageError for values that make no sense.
     """
 
     method: str = "hewg"
@@ -44,20 +51,58 @@ class CalibrationSpec:
     lines: Lines | None = None
 
     def __post_init__(self) -> None:
-        if self.samples < 3:
-            raise UsageError(f"--samples {self.samples}: at least 3 are needed to narrow a range")
-        if self.sobel < 3 or self.sobel > 31 or self.sobel % 2 == 0:
+        _check_whole("--samples", self.samples, 3, MOST_SAMPLES)
+        _check_whole("--sobel", self.sobel, 3, 31)
+        if self.sobel % 2 == 0:
             raise UsageError(f"--sobel {self.sobel}: an odd size from 3 to 31 is needed")
         if self.model not in MODELS:
             raise UsageError(f"--model {self.model}: one of {', '.join(MODELS)} is needed")
-        if isinstance(self.center, str) and self.center not in ("free", "image"):
-            raise UsageError(f"--center {self.center}: free, image or X,Y is needed")
-        if self.pixel_aspect <= 0:
-            raise UsageError(f"--pixel-aspect {self.pixel_aspect:g}: a positive number is needed")
-        if self.roi is not None and (min(self.roi[2:]) < 1 or min(self.roi[:2]) < 0):
-            raise UsageError("--roi: X,Y from 0 and a width and height of at least 1 px are needed")
+        _check_center(self.center)
+        if not (_is_number(self.pixel_aspect) and 0.1 <= self.pixel_aspect <= 10):
+            raise UsageError(
+                f"--pixel-aspect {self.pixel_aspect}: a ratio from 0.1 to 10 is needed"
+            )
+        if not (_is_number(self.epsilon) and 0 < self.epsilon < math.inf):
+            raise UsageError(f"epsilon {self.epsilon}: a range above 0 is needed, in px^-2")
+        _check_whole("max_rounds", self.max_rounds, 1, MOST_ROUNDS)
+        if not (_is_number(self.center_region) and 0 <= self.center_region <= 1):
+            raise UsageError(
+                f"center_region {self.center_region}: a share of the picture is needed, 0 to 1"
+            )
+        if self.roi is not None:
+            _check_roi(self.roi)
         if self.lines is not None:
             if self.method not in METHODS_OF_LINES:
                 raise UsageError(f"--lines goes with --method {' or '.join(METHODS_OF_LINES)}")
             if not self.lines or min(len(line) for line in self.lines) < 3:
                 raise UsageError("--lines: at least one line is needed, of 3 points or more each")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _check_whole(name: str, value: int, least: int, most: int) -> None:
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        raise UsageError(f"{name} {value}: a whole number from {least} to {most} is needed")
+
+
+def _check_center(center: Center) -> None:
+    if isinstance(center, str):
+        if center not in ("free", "image"):
+            raise UsageError(f"--center {center}: free, image or X,Y is needed")
+    elif not (
+        isinstance(center, tuple)
+        and len(center) == 2
+        and all(_is_number(v) and math.isfinite(v) for v in center)
+    ):
+        raise UsageError(f"--center {center}: free, image or two numbers (x, y) in px are needed")
+
+
+def _check_roi(roi: tuple[int, ...]) -> None:
+    whole = isinstance(roi, tuple) and len(roi) == 4 and all(isinstance(v, Integral) for v in roi)
+    if not whole or min(roi[2:]) < 1 or min(roi[:2]) < 0:
+        raise UsageError(
+            "--roi: whole X,Y from 0 and a width and height of at least 1 px are needed"
+        )

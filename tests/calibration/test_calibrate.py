@@ -1,6 +1,7 @@
 """Whole calibrations: truth made by us and recovered, refusals, and the real pictures."""
 
 import json
+from typing import Any
 
 import cv2
 import numpy as np
@@ -193,15 +194,21 @@ def test_a_page_of_text_is_not_good() -> None:
 
 
 def test_options_that_make_no_sense() -> None:
-    for wrong in (
-        {"samples": 2},
-        {"sobel": 20},
-        {"model": "fisheye"},
-        {"center": "left"},
-        {"pixel_aspect": 0},
-    ):
-        with pytest.raises(UsageError):
-            CalibrationSpec(**wrong)
+    wrong: tuple[tuple[str, Any], ...] = (
+        *(("samples", v) for v in (2, 2.5, True, 100_000, np.nan)),
+        *(("sobel", v) for v in (20, 21.0, 33)),
+        ("model", "fisheye"),
+        *(("center", v) for v in ("left", (3.0, 3.0, 3.0), [3.0, 3.0], (np.nan, 3.0), ("1", "2"))),
+        *(("pixel_aspect", v) for v in (0, -1.0, np.nan, np.inf, 100_000.0, "1")),
+        *(("center_region", v) for v in (np.nan, -0.1, np.inf)),
+        *(("epsilon", v) for v in (0.0, np.nan, np.inf)),
+        ("max_rounds", 0),
+        *(("roi", v) for v in ((0, 0, 10), (0.0, np.nan, 10.0, 10.0), (0, 0, 0, 10))),
+    )
+    for name, value in wrong:
+        with pytest.raises(UsageError, match=name.replace("_", ".") + ".*needed"):
+            CalibrationSpec(**{name: value})
+    CalibrationSpec(center=(np.float64(3), 4), samples=np.int64(8), pixel_aspect=np.float32(1.5))
     picture = render_board(board())
     with pytest.raises(UsageError, match="640x480"):
         calibrate(picture, CalibrationSpec(roi=(600, 10, 50, 50)))
