@@ -17,6 +17,7 @@ from av.stream import Disposition
 
 from ..errors import InputError
 from .access import MAX_SIDE, Readable, open_input, reason
+from .extent import is_cut_off
 from .frames import workable_format
 from .live import open_live
 from .stream import StreamInfo, describe, descriptions, fourcc
@@ -31,6 +32,8 @@ _GENERATE_TIMES = 0x0001
 # Containers that hold no presentation times: what the library gives for them is a guess, and wrong where
 # frames are stored in another order than they are shown in.
 _WITHOUT_TIMES = frozenset(("avi", "h264", "hevc", "mpegvideo", "m4v", "mjpeg", "rawvideo"))
+# Containers whose duration counts from time zero, not from their first frame.
+_DURATION_FROM_ZERO = frozenset(("matroska,webm", "asf", "nut"))
 # Containers, by the beginnings of their names, that describe all their streams at the start.
 _WITH_HEADERS = ("mov,", "matroska,")
 
@@ -246,17 +249,10 @@ class VideoReader:
     def faults(self) -> Iterator[str]:
         """Say what was wrong with the input, once it has been read to its end."""
         if self.damaged:
-            yield (
-                "a damaged packet could not be decoded"
-                if self.damaged == 1
-                else f"{self.damaged} damaged packets could not be decoded"
-            )
+            yield f"{_counted(self.damaged, 'damaged packet')} could not be decoded"
         if self.corrupt:
-            yield (
-                "a frame was decoded with errors"
-                if self.corrupt == 1
-                else f"{self.corrupt} frames were decoded with errors"
-            )
+            was = "was" if self.corrupt == 1 else "were"
+            yield f"{_counted(self.corrupt, 'frame')} {was} decoded with errors"
         if self.truncated:
             yield "the file breaks off before its end"
         elif self.declared is not None and self.decoded + self.hidden < self.declared:
@@ -302,11 +298,15 @@ class VideoReader:
             self._end = max(self._end, end)
 
     def _ends_early(self) -> bool:
-        """Tell whether all streams end well before the container says."""
+        """Tell whether the file lacks its end, or all streams end well before the container says."""
         container = self._container
+        if isinstance(self._source, str) and (cut := is_cut_off(self._source)) is not None:
+            # Times do not tell then: the last frame may be declared to be shown for long.
+            return cut
         if not container.duration or self._end == -math.inf:
             return False
-        declared = ((container.start_time or 0) + container.duration) / av.time_base
+        start = 0 if container.format.name in _DURATION_FROM_ZERO else container.start_time or 0
+        declared = (start + container.duration) / av.time_base
         rate = self._stream.average_rate
         if self._is_without_times and self._stream.frames and rate:
             # Its duration may be a guess from what is left of the file.
@@ -374,6 +374,10 @@ class VideoReader:
         return round(
             (self.decoded - 1) / rate / (self._stream.time_base or Fraction(1, av.time_base))
         )
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"a {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _is_shown_by(packet: av.Packet, run: Sequence[av.VideoFrame]) -> bool:
