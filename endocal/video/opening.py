@@ -11,6 +11,7 @@ import av.logging
 from ..errors import OutputError, UsageError
 from .access import reason
 from .encoder import EncoderChoice
+from .messages import heard
 
 # Encoders that take whole chroma samples only; what libx265 says of others helps nobody.
 _WHOLE_CHROMA = ("libx264", "libx265")
@@ -40,11 +41,9 @@ def open_encoder(
     if context.name.startswith("libx264"):
         _check_x264(choice)
     os.environ.setdefault(*_QUIET_SVT)
-    level = av.logging.get_level()
-    av.logging.set_level(av.logging.WARNING)
     messages: list[tuple[int, str, str]] = []
     try:
-        with av.logging.Capture() as messages:
+        with heard(av.logging.WARNING) as messages:
             context.open()
     except av.error.FFmpegError as error:
         why = messages[-1][2].strip().rstrip(".") if messages else reason(error)
@@ -55,8 +54,6 @@ def open_encoder(
             f"{name}: {context.name} refuses frames of {context.width}x{context.height}"
             f" {context.pix_fmt}: {why}"
         ) from error
-    finally:
-        av.logging.set_level(level)
     if context.options:
         unknown = ", ".join(context.options)
         raise UsageError(f"--codec-option {unknown}: {context.name} has no such option")

@@ -84,6 +84,8 @@ class VideoReader:
         # Made-up times of the library would pass for those of the file.
         self._container.flags &= ~_GENERATE_TIMES
         try:
+            # Now, as long as no thread decodes, whose messages would be in the way.
+            self._descriptions = descriptions(self._container)
             self._stream = self._choose_stream()
             context = self._stream.codec_context
             # Frames in threads come late by one for each thread.
@@ -124,11 +126,10 @@ class VideoReader:
     @property
     def others(self) -> list[av.stream.Stream]:
         """All streams but the one that is decoded, and those that a writer makes anew from metadata."""
-        described = descriptions(self._container)
         chapters = len(self._container.chapters())
 
         def is_made_anew(stream: av.stream.Stream) -> bool:
-            kind = fourcc(described.get(stream.index, ""))
+            kind = fourcc(self._descriptions.get(stream.index, ""))
             if kind == "tmcd":
                 return stream.type == "data" and "timecode" in self._stream.metadata
             # The titles of the chapters; beside a timecode some files do not say that it is that.
@@ -263,7 +264,7 @@ class VideoReader:
         while self._advance():
             for item in self._primed:
                 if is_frame(item):
-                    return describe(self._container, self._stream, item)
+                    return describe(self._container, self._stream, item, self._descriptions)
         why = ""
         if not isinstance(self._source, str) and "mp4" in self._container.format.name:
             why = ": an MP4 or MOV with its index at the end cannot flow through a pipe; name the file itself"

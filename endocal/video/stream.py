@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -11,6 +12,8 @@ import av
 import av.container
 import av.logging
 from av.sidedata.sidedata import Type as SideDataType
+
+from .messages import heard
 
 CHROMA_LOCATIONS = ("left", "center", "topleft", "top", "bottomleft", "bottom")
 
@@ -90,9 +93,15 @@ class StreamInfo:
 
 
 def describe(
-    container: av.container.InputContainer, stream: av.VideoStream, frame: av.VideoFrame
+    container: av.container.InputContainer,
+    stream: av.VideoStream,
+    frame: av.VideoFrame,
+    described: Mapping[int, str],
 ) -> StreamInfo:
-    """Collect what the container and the first decoded frame say about a video stream."""
+    """Collect what the container and the first decoded frame say about a video stream.
+
+    ``described`` are the container's ``descriptions``.
+    """
     aspect = stream.sample_aspect_ratio or stream.codec_context.sample_aspect_ratio
     time_base = frame.time_base or stream.time_base or Fraction(1, av.time_base)
     duration = float(stream.duration * time_base) if stream.duration else None
@@ -116,7 +125,7 @@ def describe(
             matrix=int(frame.colorspace),
             primaries=int(frame.color_primaries),
             transfer=int(frame.color_trc),
-            chroma_location=_chroma_location(descriptions(container).get(stream.index, "")),
+            chroma_location=_chroma_location(described.get(stream.index, "")),
         ),
         hdr=_hdr(frame),
         display_matrix=_display_matrix(frame),
@@ -127,15 +136,9 @@ def describe(
 
 def descriptions(container: av.container.InputContainer) -> dict[int, str]:
     """Return the library's one-line description of each stream: the only way to some facts."""
-    level = av.logging.get_level()
-    av.logging.set_level(av.logging.INFO)
-    # The chroma location is named from this level on.
-    av.logging.set_libav_level(av.logging.VERBOSE)
-    try:
+    # The chroma location is named in the details alone.
+    with heard(av.logging.INFO, in_detail=True):
         text: str = container.dumps_format()  # type: ignore[attr-defined]
-    finally:
-        av.logging.set_libav_level(av.logging.INFO)
-        av.logging.set_level(level)
     return {
         int(i): line for i, line in re.findall(r"^ *Stream #0:(\d+)\b(.*)$", text, re.MULTILINE)
     }

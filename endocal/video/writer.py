@@ -13,7 +13,6 @@ from typing import NoReturn, Protocol, Self
 
 import av
 import av.container
-import av.logging
 import av.stream
 
 from ..errors import OutputError, UsageError
