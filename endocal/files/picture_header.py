@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from ..errors import InputError
 
-_PNG = b"\x89PNG\r\n\x1a\n"
-_JPEG = b"\xff\xd8\xff"
+PNG = b"\x89PNG\r\n\x1a\n"
+JPEG = b"\xff\xd8\xff"
 _BMP = b"BM"
 _TIFF_ORDER = {b"II*\0": "<", b"MM\0*": ">", b"II+\0": "<", b"MM\0+": ">"}
 
@@ -24,10 +24,11 @@ SIGNATURE_BYTES = 8
 
 # JPEG: markers that start a frame; markers without a length; a marker inside entropy-coded data that ends
 # it (any but a stuffed zero, a restart, and fill bytes).
-_JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _JPEG_BARE = frozenset((0x01, *range(0xD0, 0xD8)))
 _JPEG_SCAN_END = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
-_JPEG_END, _JPEG_SCAN, _JPEG_APP1 = 0xD9, 0xDA, 0xE1
+JPEG_END = 0xD9
+_JPEG_SCAN, _JPEG_APP1 = 0xDA, 0xE1
 _EXIF = b"Exif\0\0"
 
 # TIFF: tags, and the byte size and struct letter of the field types that hold sizes and offsets.
@@ -74,9 +75,9 @@ def known_kind(start: bytes) -> bool:
 
 
 def _reader(data: bytes) -> Callable[[bytes], PictureHeader] | None:
-    if data.startswith(_PNG):
+    if data.startswith(PNG):
         return _read_png
-    if data.startswith(_JPEG):
+    if data.startswith(JPEG):
         return _read_jpeg
     if data[:4] in _TIFF_ORDER:
         return _read_tiff
@@ -89,7 +90,7 @@ def _read_png(data: bytes) -> PictureHeader:
     length, kind, width, height = struct.unpack_from(">I4sII", data, 8)
     if kind != b"IHDR" or length != 13:
         raise InputError("is damaged: a PNG without a header")
-    orientation, at = 1, len(_PNG)
+    orientation, at = 1, len(PNG)
     while at + 12 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)
         end = at + 12 + length
@@ -108,34 +109,48 @@ def _read_png(data: bytes) -> PictureHeader:
 
 def _read_jpeg(data: bytes) -> PictureHeader:
     size: tuple[int, int] | None = None
-    orientation, at = 1, 2
+    orientation, last = 1, 0
+    for last, at in jpeg_markers(data):
+        if last in JPEG_FRAMES and size is None:
+            size = jpeg_size(data, at)
+        if last == _JPEG_APP1 and data.startswith(_EXIF, at + 4):
+            (length,) = struct.unpack_from(">H", data, at + 2)
+            orientation = _exif_orientation(data[at + 4 + len(_EXIF) : at + 2 + length])
+    if size is None:
+        raise InputError("is damaged: a JPEG without a picture")
+    return PictureHeader(*size, None if last == JPEG_END else _TRUNCATED, orientation)
+
+
+def jpeg_markers(data: bytes, at: int = 2) -> Iterator[tuple[int, int]]:
+    """Yield each marker of a JPEG, and where it stands, from ``at`` to the end marker, if that is there.
+
+    Raises InputError for what is no marker where one must be; IndexError or struct.error where the data end.
+    """
     while True:
         while data[at] == 0xFF and data[at + 1] == 0xFF:
             at += 1
         if data[at] != 0xFF:
             raise InputError("is damaged: no JPEG marker where one must be")
         marker = data[at + 1]
-        if marker == _JPEG_END:
-            break
+        yield marker, at
+        if marker == JPEG_END:
+            return
         if marker in _JPEG_BARE:
             at += 2
             continue
         (length,) = struct.unpack_from(">H", data, at + 2)
-        if marker in _JPEG_FRAMES and size is None:
-            height, width = struct.unpack_from(">HH", data, at + 5)
-            size = (width, height)
-        if marker == _JPEG_APP1 and data.startswith(_EXIF, at + 4):
-            orientation = _exif_orientation(data[at + 4 + len(_EXIF) : at + 2 + length])
         at += 2 + length
         if marker == _JPEG_SCAN:
             found = _JPEG_SCAN_END.search(data, at)
             if found is None:
-                break
+                return
             at = found.start()
-    if size is None:
-        raise InputError("is damaged: a JPEG without a picture")
-    damage = None if data[at + 1 : at + 2] == b"\xd9" else _TRUNCATED
-    return PictureHeader(*size, damage, orientation)
+
+
+def jpeg_size(data: bytes, at: int) -> tuple[int, int]:
+    """Return (width, height) from the marker at ``at``, one of JPEG_FRAMES."""
+    height, width = struct.unpack_from(">HH", data, at + 5)
+    return width, height
 
 
 def _read_tiff(data: bytes) -> PictureHeader:

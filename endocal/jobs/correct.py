@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 from ..errors import InputError, UsageError
 from ..files import load
+from ..files.moving import is_moving
 from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..zoom.table import ZoomTable
 from .correct_video import correct_video
 from .correction import CorrectionReport, CorrectionSpec, Progress, input_name
 from .pipe import PipeInput, open_input
 
-# Bare motion JPEG begins like a picture.
+# Bare motion JPEG begins like a picture, and may hold but one.
 _MOTION_JPEG = (".mjpeg", ".mjpg")
 
 
@@ -54,13 +55,18 @@ def _refuse_zoom_options(spec: CorrectionSpec) -> None:
 
 
 def holds_picture(source: str | PipeInput) -> bool:
-    """Tell a still picture from a video by its first bytes; a missing file is left for others to report."""
+    """Tell a still picture from a video by how it begins; a missing file is left for others to report."""
     if isinstance(source, PipeInput):
-        return known_kind(source.peek(SIGNATURE_BYTES))
+        return known_kind(source.peek(SIGNATURE_BYTES)) and not is_moving(source.peek)
     if source.lower().endswith(_MOTION_JPEG):
         return False
+
+    def peek(size: int) -> bytes:
+        file.seek(0)
+        return file.read(size)
+
     try:
         with open(source, "rb") as file:
-            return known_kind(file.read(SIGNATURE_BYTES))
+            return known_kind(peek(SIGNATURE_BYTES)) and not is_moving(peek)
     except (OSError, ValueError):
         return False

@@ -32,8 +32,11 @@ class PipeInput:
 
     def peek(self, size: int) -> bytes:
         """Return the first ``size`` bytes, or all there are."""
-        while len(self._head) < size and (more := self._next(size - len(self._head))):
-            self._head += more
+        parts, missing = [self._head], size - len(self._head)
+        while missing > 0 and (more := self._next(missing)):
+            parts.append(more)
+            missing -= len(more)
+        self._head = b"".join(parts)
         return self._head[:size]
 
     def read(self, size: int = -1) -> bytes:

@@ -315,3 +315,18 @@ def test_options_that_do_not_go_together(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="is also an input"):
         run(tmp_path, source, lens, "a.mkv", overwrite=True)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mkv", "cal.toml"]
+
+
+def test_moving_pictures_under_a_still_ones_name(tmp_path: Path) -> None:
+    """Motion JPEG by another name, and an animated PNG: every frame, or a refusal."""
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    jpegs = Clip(frames=6, codec="mjpeg", pix_fmt="yuvj420p", options={"strict": "-1"})
+    clips = (
+        jpegs.make(tmp_path / "a.dat", "mjpeg"),
+        Clip(frames=6, codec="apng", pix_fmt="rgb24").make(tmp_path / "a.png", "apng"),
+    )
+    for clip in clips:
+        assert run(tmp_path, clip, lens, overwrite=True).frames == 6
+        with pytest.raises(UsageError, match="names no video file"):
+            run(tmp_path, clip, lens, out="out.png")
+        assert not (tmp_path / "out.png").exists()
