@@ -9,8 +9,6 @@ import av
 import av.container
 import av.stream
 
-from .frames import has_luma_plane
-
 _MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
 # Containers that never refuse a codec, but whose readers know these only.
 _READABLE = {
@@ -21,6 +19,8 @@ _READABLE = {
     "ogv": {"theora", "vp8"},
     "rawvideo": {"rawvideo"},
 }
+# Containers that take raw video in any pixel format, and may name it so that it is read as another.
+_RAW_BY_NAME = ("matroska", "avi", "mov")
 # Tags of the MP4 family's own vocabulary. Others only travel in QuickTime's keyed form.
 _MOV_TAGS = {
     *(
@@ -53,16 +53,33 @@ class ContainerKind:
     def takes_codec(self, encoder: str, pix_fmt: str = "") -> bool:
         """Tell whether video from the named encoder, fed with ``pix_fmt``, goes into this container."""
         codec = av.Codec(encoder, "w").canonical_name
-        if self.name in _READABLE:
-            return codec in _READABLE[self.name]
-        if self.name == "matroska" and codec == "rawvideo" and not has_luma_plane(pix_fmt):
+        if self.name in _READABLE and codec not in _READABLE[self.name]:
             return False
+        if codec == "rawvideo" and pix_fmt and self.name in _RAW_BY_NAME:
+            return self._gives_back(pix_fmt)
+        if self.name in _READABLE:
+            return True
         scratch = self._scratch()
         try:
             scratch.add_stream(encoder)
         except ValueError:
             return False
         return True
+
+    def _gives_back(self, pix_fmt: str) -> bool:
+        """Tell whether raw frames in ``pix_fmt`` are read again as what they were written as."""
+        file = io.BytesIO()
+        try:
+            with av.open(file, mode="w", format=self.name) as container:
+                stream = container.add_stream("rawvideo", rate=25)
+                assert isinstance(stream, av.VideoStream)
+                stream.width, stream.height, stream.pix_fmt = 16, 16, pix_fmt
+                container.mux([*stream.encode(av.VideoFrame(16, 16, pix_fmt)), *stream.encode()])
+            file.seek(0)
+            with av.open(file) as container:
+                return container.streams.video[0].codec_context.pix_fmt == pix_fmt
+        except (ValueError, av.error.FFmpegError):
+            return False
 
     def takes_stream(self, stream: av.stream.Stream) -> bool:
         """Tell whether a copy of a stream goes into this container."""

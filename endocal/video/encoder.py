@@ -25,7 +25,18 @@ _FAMILY = {
     **{name: name for name in ("huffyuv", "ffvhuff", "utvideo", "qtrle", "png", "v210")},
 }
 # What loses nothing is to lose nothing on, in containers that are for keeping.
-_LOSSLESS = ("ffv1", "rawvideo", "huffyuv", "ffvhuff", "utvideo", "qtrle", "png", "v210", "gif")
+_LOSSLESS = (
+    "ffv1",
+    "rawvideo",
+    "huffyuv",
+    "ffvhuff",
+    "utvideo",
+    "qtrle",
+    "png",
+    "apng",
+    "v210",
+    "gif",
+)
 _ARCHIVES = ("matroska", "mov", "avi", "nut")
 # Tried in this order where the family's encoder has no such pixel format or the container refuses it.
 _FALLBACKS = ("libx264", "libx264rgb", "libx265", "libvpx-vp9", "libsvtav1", "ffv1", "rawvideo")
@@ -78,7 +89,14 @@ _PLAIN = {
     "yuvj440p": "yuv440p",
 }
 # Lossless repackings that the encoder makes of a frame on its way in.
-_REPACK = {"libx264rgb": {"gbrp": "rgb24"}, "libx265": {"rgb24": "gbrp", "bgr24": "gbrp"}}
+_REPACK = {
+    "libx264rgb": {"gbrp": "rgb24"},
+    "libx265": {"rgb24": "gbrp", "bgr24": "gbrp"},
+    "ffv1": {
+        **dict.fromkeys(("rgb24", "bgr24", "gbrp", "rgb0", "0rgb", "0bgr"), "bgr0"),
+        **dict.fromkeys(("rgba", "argb", "abgr", "gbrap"), "bgra"),
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -186,7 +204,7 @@ def _encoder(name: str) -> av.Codec:
 
 def _closest(codec_name: str, pix_fmt: str, container: ContainerKind) -> tuple[av.Codec, str]:
     first = _FAMILY.get(codec_name, "libx264")
-    then = ("ffv1",) if codec_name in _LOSSLESS and container.name in _ARCHIVES else ()
+    then = ("ffv1", "png") if codec_name in _LOSSLESS and container.name in _ARCHIVES else ()
     for name in dict.fromkeys((first, *then, *_FALLBACKS)):
         try:
             codec = av.Codec(name, "w")

@@ -51,7 +51,16 @@ INFO = StreamInfo(
         ("h264", "yuv420p10le", "yuv4mpegpipe", "rawvideo", "yuv420p10le"),
         ("rawvideo", "yuv420p", "mp4", "libx264", "yuv420p"),
         ("rawvideo", "bgr0", "matroska", "ffv1", "bgr0"),
-        ("rawvideo", "rgb24", "matroska", "libx264rgb", "rgb24"),
+        ("rawvideo", "rgb24", "matroska", "ffv1", "bgr0"),
+        ("rawvideo", "bgr24", "avi", "rawvideo", "bgr24"),
+        ("png", "rgb24", "matroska", "ffv1", "bgr0"),
+        ("apng", "rgba", "mov", "png", "rgba"),
+        *(
+            ("rawvideo", pix_fmt, container, "ffv1", pix_fmt)
+            for pix_fmt in ("gray10le", "gray16le", "yuv440p", "yuva420p")
+            for container in ("matroska", "avi")
+        ),
+        ("rawvideo", "gray", "matroska", "rawvideo", "gray"),
         ("png", "rgb24", "mov", "png", "rgb24"),
         ("utvideo", "yuv422p", "avi", "ffv1", "yuv422p"),
         ("vp8", "yuv420p", "webm", "libvpx-vp9", "yuv420p"),
