@@ -30,6 +30,14 @@ def test_every_command_is_in_the_readme() -> None:
             assert f"endocal {name}" in readme, name
 
 
+@pytest.mark.parametrize("listing", ["README.md", "docs/index.md"])
+def test_every_page_is_listed(listing: str) -> None:
+    text = (ROOT / listing).read_text()
+    for page in (ROOT / "docs").glob("*.md"):
+        link = page.relative_to((ROOT / listing).parent).as_posix()
+        assert f"({link})" in text or page == ROOT / listing, page.name
+
+
 def test_the_readme_is_right_about_python(
     sample_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
