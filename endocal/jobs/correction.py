@@ -15,6 +15,8 @@ from ..zoom.table import LOOKUPS
 from .live_feed import Latency
 from .pipe import PIPE
 
+# With far more the libraries give up, and take the process with them.
+MAX_THREADS = 256
 STEREO = ("sbs", "tb")
 DEINTERLACE = ("auto", "off", "frame", "field")
 # Containers under the names that people give them.
@@ -91,8 +93,10 @@ class CorrectionSpec:
             raise UsageError(f"--assume-diameter {diameter:g}: it is a number of px above 0")
         if diameter is not None and self.zoom_from is not None:
             raise UsageError("--assume-diameter and --zoom-from exclude each other")
-        if self.threads < 0:
-            raise UsageError(f"--threads {self.threads}: it is 1 or more")
+        if not 0 <= self.threads <= MAX_THREADS:
+            raise UsageError(
+                f"--threads {self.threads}: it is 1 to {MAX_THREADS}, or 0 for by cores"
+            )
         if self.size is not None and self.scale is not None:
             raise UsageError("--size and --scale exclude each other")
         if self.input == PIPE and self.calibration == PIPE:

@@ -6,6 +6,11 @@ import os
 import subprocess
 import sys
 
+import pytest
+
+from endocal.errors import UsageError
+from endocal.jobs.correction import CorrectionSpec
+
 
 def threads_of(code: str, **env: str) -> str:
     environment = {k: v for k, v in os.environ.items() if not k.endswith(("_COUNT", "_THREADS"))}
@@ -28,3 +33,10 @@ def test_the_environment_goes_first_and_zero_sets_nothing() -> None:
     assert threads_of(code.format(3), POCL_MAX_PTHREAD_COUNT="2") == "2"
     assert threads_of(code.format(3)) == "3"
     assert threads_of(code.format(0)) == "None"
+
+
+@pytest.mark.parametrize("count", [-1, 257, 99999])
+def test_more_threads_than_the_libraries_bear_are_refused(count: int) -> None:
+    with pytest.raises(UsageError, match=f"--threads {count}: it is 1 to 256, or 0 for by cores"):
+        CorrectionSpec("a.mp4", "b.mp4", "cal.toml", threads=count)
+    assert CorrectionSpec("a.mp4", "b.mp4", "cal.toml", threads=256).threads == 256
