@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from collections.abc import Callable
@@ -136,5 +137,6 @@ def print_json(value: Any) -> None:
 
 
 def note(message: str) -> None:
-    """Print a note for the user on stderr."""
-    print(f"endocal: {message}", file=sys.stderr)
+    """Print a note for the user on stderr; one that cannot be told does not undo what has been done."""
+    with contextlib.suppress(OSError):
+        print(f"endocal: {message}", file=sys.stderr)

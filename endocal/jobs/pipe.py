@@ -80,7 +80,11 @@ class PipeOutput:
             return len(data)
         rest = memoryview(data)
         while rest:
-            rest = rest[os.write(self._descriptor, rest) :]
+            try:
+                rest = rest[os.write(self._descriptor, rest) :]
+            except BlockingIOError:
+                # A pipe that its owner has told not to wait, which holds for all who write to it.
+                select.select([], [self._descriptor], [], _NOTICE_S)
         return len(data)
 
 
