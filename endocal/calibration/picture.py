@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 
+Image = NDArray[np.uint8] | NDArray[np.uint16]
 Grey = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
@@ -34,20 +35,37 @@ class Picture:
     content: Mask
 
 
-def to_grey(image: NDArray[np.uint8] | NDArray[np.uint16]) -> Grey:
-    """Turn uint8 or uint16, (h, w) or (h, w, 3) BGR, into grey levels from 0 to 255.
+def checked(image: Image) -> Image:
+    """Return a picture as a uint8 or uint16 array of this machine's byte order, (h, w) or (h, w, 3) BGR.
+
+    Taken are uint8 and uint16 of any byte order, (h, w) or (h, w, 1) grey, (h, w, 3) BGR, and (h, w, 4) BGRA,
+    whose alpha is ignored. Raises InputError for anything else, and for a frame too small to hold a line.
+    """
+    channels = image.shape[2] if image.ndim == 3 else 1
+    deep = image.dtype.kind == "u" and image.dtype.itemsize <= 2
+    if not deep or image.ndim not in (2, 3) or channels not in (1, 3, 4):
+        raise InputError(
+            f"the picture is {image.dtype} {image.shape}; uint8 or uint16 is needed, (h, w) grey or"
+            " (h, w, 3) BGR"
+        )
+    if min(image.shape[:2]) < SMALLEST:
+        raise InputError(
+            f"the picture is {image.shape[1]}x{image.shape[0]}: too small, {SMALLEST} px a side is the least"
+        )
+    if image.ndim == 3:
+        image = image[..., 0] if channels == 1 else image[..., :3]
+    return np.asarray(image, np.uint8) if image.itemsize == 1 else np.asarray(image, np.uint16)
+
+
+def to_grey(image: Image) -> Grey:
+    """Turn a picture, any that ``checked`` takes, into grey levels (h, w) from 0 to 255.
 
     Raises InputError for another shape or type, or a frame too small to hold a line.
     """
-    if image.dtype not in (np.uint8, np.uint16) or image.ndim not in (2, 3):
-        raise InputError(
-            f"the picture is {image.dtype} {image.shape}; uint8 or uint16 grey or BGR is needed"
-        )
-    if min(image.shape[:2]) < 64:
-        raise InputError(
-            f"the picture is {image.shape[1]}x{image.shape[0]}: too small, 64 px a side is the least"
-        )
-    grey = image if image.ndim == 2 else cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2GRAY)
+    image = checked(image)
+    grey = (
+        image if image.ndim == 2 else cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_BGR2GRAY)
+    )
     scale = 1.0 if grey.dtype == np.uint8 else 255.0 / 65535.0
     return np.asarray(grey, np.float32) * np.float32(scale)
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
@@ -16,11 +15,9 @@ from .content import content_mask
 from .edges import EdgePoints, find_edges
 from .fit import Prior
 from .measured_fit import View
-from .picture import Grey, Mask, Picture, fields, to_grey
+from .picture import Grey, Image, Mask, Picture, checked, fields, to_grey
 from .spec import CalibrationSpec
 from .straightness import Floats
-
-Image = NDArray[np.uint8] | NDArray[np.uint16]
 
 # Edges are sought on a picture of at most so many pixels; they are measured on the full one.
 MOST_PIXELS = 2_500_000
@@ -47,9 +44,13 @@ class Scene:
 
 
 def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
-    """Find circle, content and edges of each picture; CalibrationError where no edge is seen."""
+    """Find circle, content and edges of each picture, any that ``picture.checked`` takes.
+
+    Raises InputError for others, and CalibrationError where no edge is seen.
+    """
     if not images:
         raise InputError("no picture to calibrate from")
+    images = [checked(image) for image in images]
     if len({image.shape[:2] for image in images}) > 1:
         raise InputError("the pictures differ in size: all must be of one lens at one setting")
     h, w = images[0].shape[:2]

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from endocal import calibrate
 from endocal.boundary.circle import Boundary
 from endocal.calibration.content import content_mask
 from endocal.calibration.edges import edge_directions, find_edges, sobel_gradients
@@ -21,6 +22,27 @@ def test_deep_and_coloured_pictures_become_grey_levels() -> None:
         to_grey(np.zeros((80, 90)))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="64 px"):
         to_grey(np.zeros((1, 1), np.uint8))
+
+
+def test_pictures_as_other_libraries_give_them() -> None:
+    rng = np.random.default_rng(0)
+    colour = rng.integers(0, 65536, (80, 90, 3)).astype(np.uint16)
+    expected = to_grey(colour)
+    np.testing.assert_array_equal(to_grey(colour.astype(">u2")), expected)
+    np.testing.assert_array_equal(to_grey(np.dstack([colour, colour[..., 0]])), expected)
+    np.testing.assert_array_equal(to_grey(colour[::-1, ::-1])[::-1, ::-1], expected)
+    np.testing.assert_array_equal(to_grey(colour[..., :1]), to_grey(colour[..., 0]))
+
+
+@pytest.mark.parametrize(
+    "shape", [(0,), (6400,), (80, 90, 0), (80, 90, 2), (80, 90, 5), (2, 80, 90, 3), ()]
+)
+def test_arrays_that_are_no_picture(shape: tuple[int, ...]) -> None:
+    odd = np.zeros(shape, np.uint8)
+    with pytest.raises(InputError, match=r"is needed, \(h, w\) grey or \(h, w, 3\) BGR"):
+        calibrate(odd)
+    with pytest.raises(InputError):
+        calibrate([np.zeros((80, 90), np.uint8), odd])
 
 
 @pytest.mark.parametrize("shift", [-3.0, 1.0])
