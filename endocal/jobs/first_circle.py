@@ -44,8 +44,10 @@ class FirstCircle(NamedTuple):
 
 
 def first_circle(ahead: Ahead, table: ZoomTable, lookup: str) -> FirstCircle:
-    """Look for the first circle in the video; InputError where no frame shows one."""
+    """Look for the first circle in the video; InputError where no frame shows one, or none can be read yet."""
+    has_frames = False
     for number, (luma, time) in itertools.islice(enumerate(ahead()), 0, None, _LOOK_EVERY):
+        has_frames = True
         located = locate_boundary(luma, table.pixel_aspect)
         if located is None:
             continue
@@ -54,6 +56,8 @@ def first_circle(ahead: Ahead, table: ZoomTable, lookup: str) -> FirstCircle:
         sigma = located.diameter_sigma / diameter
         estimate = ZoomEstimate(table.at(boundary, lookup), None, diameter, "held", sigma)
         return FirstCircle(estimate, number, time)
+    # A pipe and a live input give their frames once.
+    which = "no frame shows" if has_frames else "the first frame does not show"
     raise InputError(
-        "no frame shows a visible circle: the zoom is not known; give --zoom-from or --assume-diameter"
+        f"{which} a visible circle: the zoom is not known; give --zoom-from or --assume-diameter"
     )

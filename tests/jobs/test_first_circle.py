@@ -77,3 +77,9 @@ def test_its_doubt_grows_towards_the_start_and_covers_the_truth(timed: bool) -> 
 def test_a_video_without_any_circle_is_refused() -> None:
     with pytest.raises(InputError, match="no frame shows a visible circle"):
         follow(np.full(6, 900.0), [None] * 6)
+
+
+def test_a_pipe_cannot_be_searched_and_only_its_first_frame_is_blamed() -> None:
+    zoom = FollowedZoom(TABLE, "auto", None, None, None, lambda: iter(()))
+    with pytest.raises(InputError, match="the first frame does not show a visible circle"):
+        zoom.model(lambda: scene(900.0), None)
