@@ -44,7 +44,7 @@ class FirstCircle(NamedTuple):
 
 
 def first_circle(ahead: Ahead, table: ZoomTable, lookup: str) -> FirstCircle:
-    """Look for the first circle in the video; InputError where no frame shows one, or none can be read yet."""
+    """Look for the first circle in the video; InputError where no frame that can be read shows one."""
     has_frames = False
     for number, (luma, time) in itertools.islice(enumerate(ahead()), 0, None, _LOOK_EVERY):
         has_frames = True
