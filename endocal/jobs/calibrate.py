@@ -43,11 +43,14 @@ def report_files(
     """Calibrate from one picture file, or jointly from several of one lens at one zoom setting.
 
     The calibration names its pictures and their SHA-256; its verdict may be "failed". Raises InputError,
-    naming the file, for one that cannot be used, and CalibrationError where no line is found.
+    naming the file, for one that cannot be used or is there twice, and CalibrationError where no line is
+    found.
     """
     if spec.lines is not None and len(paths) > 1:
         raise UsageError("--lines are those of one picture: give one")
     contents = [read_picture_bytes(path) for path in paths]
+    digests = [hashlib.sha256(data).hexdigest() for data in contents]
+    _check_distinct(paths, digests)
     images = [decode_image(data, str(path)) for data, path in zip(contents, paths, strict=True)]
     for path, image in zip(paths[1:], images[1:], strict=True):
         if image.shape[:2] != images[0].shape[:2]:
@@ -61,10 +64,8 @@ def report_files(
         raise type(error)(f"{', '.join(shown(path) for path in paths)}: {error}") from None
     calibration = joint.calibration
     pictures = tuple(
-        SourceImage(
-            Path(path).name, hashlib.sha256(data).hexdigest(), rms if len(paths) > 1 else None
-        )
-        for number, (path, data, rms) in enumerate(zip(paths, contents, joint.rms, strict=True))
+        SourceImage(Path(path).name, digest, rms if len(paths) > 1 else None)
+        for number, (path, digest, rms) in enumerate(zip(paths, digests, joint.rms, strict=True))
         if number not in joint.left_out
     )
     source = replace(calibration.source or Source(), images=pictures, options=options_of(spec))
@@ -75,3 +76,13 @@ def report_files(
         joint.workings,
         left_out,
     )
+
+
+def _check_distinct(paths: Sequence[str | Path], digests: Sequence[str]) -> None:
+    """Refuse a picture that is there twice: counted as evidence of its own, it would make all look surer."""
+    for number, digest in enumerate(digests):
+        first = digests.index(digest)
+        if first < number:
+            raise InputError(
+                f"{shown(paths[number])}: the same picture as {shown(paths[first])}: give it once"
+            )

@@ -109,6 +109,15 @@ def test_an_output_directory_that_is_not_there(
     assert "does not exist" in result.fails()
 
 
+def test_a_picture_given_twice(endocal: Runner, tmp_path: Path, noise: np.ndarray) -> None:
+    save(tmp_path, 128 + noise)
+    picture, copy = tmp_path / "board.png", tmp_path / "copy.png"
+    copy.write_bytes(picture.read_bytes())
+    for twice in (picture, copy):
+        result = endocal("calibrate", picture, twice, "-o", tmp_path / "cal.toml")
+        assert f"{twice.name}: the same picture as" in result.fails(1)
+
+
 @pytest.mark.parametrize(
     "options",
     [
