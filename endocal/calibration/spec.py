@@ -13,6 +13,8 @@ MODELS = ("division", "division2")
 # The methods that take lines which somebody chose.
 METHODS_OF_LINES = ("wang", "htrdc")
 
+# Lines shorter than this, px, have no direction.
+SHORTEST_LINE = 1.0
 # More models a round than the cube of this are no search but a wait, of hours and gigabytes.
 MOST_SAMPLES = 100
 # Each round narrows the range; long before this it is nothing.
@@ -74,8 +76,20 @@ class CalibrationSpec:
         if self.lines is not None:
             if self.method not in METHODS_OF_LINES:
                 raise UsageError(f"--lines goes with --method {' or '.join(METHODS_OF_LINES)}")
-            if not self.lines or min(len(line) for line in self.lines) < 3:
-                raise UsageError("--lines: at least one line is needed, of 3 points or more each")
+            check_lines(self.lines)
+
+
+def check_lines(lines: Lines) -> None:
+    """Refuse lines that could only be straight: of fewer than 3 different points, or of no length."""
+    if not lines or min(len(line) for line in lines) < 3:
+        raise UsageError("--lines: at least one line is needed, of 3 points or more each")
+    for number, line in enumerate(lines, 1):
+        if len(set(line)) < 3:
+            raise UsageError(f"--lines: line {number} has fewer than 3 different points")
+        if max(max(axis) - min(axis) for axis in zip(*line, strict=True)) < SHORTEST_LINE:
+            raise UsageError(
+                f"--lines: line {number} has no length: {SHORTEST_LINE:g} px is the least"
+            )
 
 
 def _is_number(value: object) -> bool:

@@ -26,8 +26,10 @@ def read_lines(path: PathLike) -> tuple[Line, ...]:
         text = sys.stdin.read() if str(path) == "-" else Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{name}: is no text; write a point x y a row") from None
+    except FileNotFoundError:
+        raise InputError(f"{name}: no such file") from None
     except OSError as error:
-        raise InputError(f"{name}: {error.strerror or error}") from None
+        raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
     lines: list[Line] = []
     points: list[tuple[float, float]] = []
     for number, row in enumerate([*text.splitlines(), ""], 1):

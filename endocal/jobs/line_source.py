@@ -10,7 +10,7 @@ from ..calibration.board import find_board
 from ..calibration.calibrate import OUTLYING, Image, calibrate_jointly
 from ..calibration.evaluate import LinePoints
 from ..calibration.scene import look_at
-from ..calibration.spec import CalibrationSpec, Lines
+from ..calibration.spec import CalibrationSpec, Lines, check_lines
 from ..calibration.straightness import Floats, Labels
 from ..errors import CalibrationError, UsageError
 
@@ -33,6 +33,8 @@ class LineSource:
     def __post_init__(self) -> None:
         if self.lines is not None and self.board is not None:
             raise UsageError("--lines and --board both say where the lines are: give one")
+        if self.lines is not None:
+            check_lines(self.lines)
         if self.board is not None and min(self.board) < 3:
             raise UsageError("--board: 3 inner corners each way are the least")
 

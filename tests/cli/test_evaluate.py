@@ -109,6 +109,14 @@ def test_wrong_usage(endocal: Callable[..., Any], folder: Path, tmp_path: Path) 
     (tmp_path / "off.txt").write_text("1 1\n2 2\n900 3\n")
     off = endocal(*start, "--lines", tmp_path / "off.txt").fails(2)
     assert "line 1 leaves the 480x360 px picture at 900,3" in off
+    for text, words in (
+        ("5 5\n5 5\n5 5\n", "line 1 has fewer than 3 different points"),
+        ("1 1\n20 2\n30 3\n\n5 5\n9 9\n5 5\n", "line 2 has fewer than 3 different points"),
+        ("5 5\n5.1 5\n5.2 5\n", "line 1 has no length: 1 px is the least"),
+    ):
+        (tmp_path / "none.txt").write_text(text)
+        assert words in endocal(*start, "--lines", tmp_path / "none.txt").fails(2)
+    assert "no.txt: no such file" in endocal(*start, "--lines", tmp_path / "no.txt").fails(1)
     missing = endocal("evaluate", "-c", folder / "true.toml", tmp_path / "no.png")
     assert "no.png" in missing.fails(1)
 
