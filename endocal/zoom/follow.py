@@ -33,7 +33,8 @@ class FollowSpec:
     most) before the model changes. Tracked estimates grow less certain as ``rest`` says, and by ``ambiguous``
     of how far the picture has dilated at most, since the rim was last seen, without telling why. Held ones
     grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps its sign for ``memory``
-    s. Past ``limit`` the tracking is given up, and the last estimate held.
+    s, and so long a zoom may go on that nothing tells any more. Past ``limit`` the tracking is given up, and
+    the last estimate held.
     """
 
     lookup: str = "auto"
@@ -81,6 +82,8 @@ class ZoomFollower:
         self._rest = ZoomRest(spec.rest)
         self._is_tracking = False
         self._doubt = GrowingDoubt(spec.memory)
+        # The speed of a zoom, per s, that nothing tells any more; it may go on.
+        self._abandoned = 0.0
         # The picture's dilation since the rim was last seen that may be either's, and the most that it was.
         self._dilated = self._most_dilated = 0.0
         self._clock = FrameClock()
@@ -149,6 +152,7 @@ class ZoomFollower:
                 self._doubt.restart()
                 self._tracker.step(luma, self._table, state.diameter)
                 self._is_tracking = True
+                self._abandoned = 0.0
                 self._dilated = self._most_dilated = 0.0
             return ""
         step = None
@@ -156,15 +160,24 @@ class ZoomFollower:
             step = self._tracker.step(luma, self._table, state.diameter, self._rest.rests)
         if step is None:
             self._rest.forget()
-            state.stop()
-            state.scale(0.0, math.sqrt(self._doubt.grow(spec.held, seconds)), elapsed)
+            self._abandon(elapsed, seconds)
+            deviation = math.hypot(spec.held, self._abandoned)
+            state.scale(0.0, math.sqrt(self._doubt.grow(deviation, seconds)), elapsed)
             return ""
+        self._abandoned = 0.0
         zoom = self._rest.take(step, seconds)
         if self._rest.rests:
             self._dilated += zoom.open * (step.logarithm + step.approach)
         self._most_dilated = max(self._most_dilated, abs(self._dilated))
         state.scale(zoom.logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)), elapsed)
         return "tracked"
+
+    def _abandon(self, elapsed: Elapsed, seconds: float) -> None:
+        """Stop, and remember for a while the speed that a zoom had till now."""
+        speed = abs(self._filter.speed) * elapsed.frames / elapsed.seconds
+        kept = math.exp(-seconds / self._spec.memory)
+        self._abandoned = max(speed, kept * self._abandoned)
+        self._filter.stop()
 
     @property
     def _sigma(self) -> float:
@@ -183,7 +196,8 @@ class ZoomFollower:
                 diameter = self._current[0]
         if self._current is None or diameter != self._current[0]:
             self._current = (diameter, self._look_up(diameter, boundary))
-        return ZoomEstimate(self._current[1], boundary, diameter, source, self._sigma)
+        sigma = math.hypot(self._sigma, state.pending)
+        return ZoomEstimate(self._current[1], boundary, diameter, source, sigma)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:
         if self._spec.lookup == "area" and boundary is not None:

@@ -65,6 +65,8 @@ class DiameterFilter:
         # Covariance of (logarithm, speed): p00, p01, p11.
         self._p = (0.0, 0.0, 0.0)
         self._waiting: list[_Waiting] = []
+        # Whether the last frame's measurement waits.
+        self._waits = False
         # What went by since the last measurement, taken in or waiting.
         self._since = Elapsed(0.0, 0.0)
         # Which way the last jump went, until the next measurement says whether it was a zoom.
@@ -88,6 +90,19 @@ class DiameterFilter:
         return math.sqrt(self._p[0])
 
     @property
+    def pending(self) -> float:
+        """How far off the estimate is, relative, if what waits is right: at most what a zoom can reach."""
+        if not (self._waits and self._waiting):
+            return 0.0
+        reached = self._spec.max_speed * sum(w.frames for w in self._waiting)
+        return min(abs(self._waiting[-1].off), reached)
+
+    @property
+    def speed(self) -> float:
+        """The relative speed per frame."""
+        return self._speed
+
+    @property
     def is_moving(self) -> bool:
         """Say whether the speed is told from none."""
         return abs(self._speed) > 3 * math.sqrt(self._p[2])
@@ -106,9 +121,11 @@ class DiameterFilter:
     def predict(self, elapsed: Elapsed = Elapsed()) -> None:
         """Go on by what went by since the last frame, at the speed so far."""
         frames = elapsed.frames
-        if frames > self._spec.reach:
-            self.stop()
         self._pass(elapsed)
+        unknown = 0.0
+        if frames > self._spec.reach:
+            unknown = self._speed * self._spec.reach
+            self.stop()
         p00, p01, p11 = self._p
         self._acceleration2 = max(
             self._spec.acceleration**2,
@@ -117,7 +134,7 @@ class DiameterFilter:
         q = self._acceleration2
         self._log += self._speed * frames
         self._p = (
-            p00 + 2 * p01 * frames + p11 * frames**2 + q * frames**3 / 4,
+            unknown**2 + p00 + 2 * p01 * frames + p11 * frames**2 + q * frames**3 / 4,
             p01 + p11 * frames + q * frames**2 / 2,
             p11 + q * frames,
         )
@@ -144,6 +161,7 @@ class DiameterFilter:
         """Let what waits grow old."""
         frames, seconds = (a + b for a, b in zip(self._since, elapsed, strict=True))
         self._since = Elapsed(frames, seconds)
+        self._waits = False
         if seconds > self._spec.lasts and frames > self._spec.lasts_frames:
             self._waiting.clear()
 
@@ -183,6 +201,7 @@ class DiameterFilter:
         frames = max(since.frames, 1.0)
         if self._waiting and abs(value - self._waiting[-1].value) > spec.fastest * frames:
             self._waiting.clear()
+        self._waits = True
         self._waiting.append(_Waiting(value, innovation, frames))
         needed = spec.patience[abs(innovation) > spec.large_jump]
         if not (any(self._agree(n, sigma) for n in range(needed, 4)) or self._zoom_on()):
@@ -193,6 +212,7 @@ class DiameterFilter:
         # estimate stays where the last one was.
         self._log, self._speed = value, 0.0
         variance = sigma * sigma
+        self._waits = False
         self._jumped = innovation
         self._p = (variance, 0.0, (2 * apart) ** 2 + 2 * variance + self._acceleration2)
         self._waiting.clear()

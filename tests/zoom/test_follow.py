@@ -107,6 +107,29 @@ def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
     assert doubt[-1] > 5 * doubt[0]
 
 
+def test_a_zoom_that_goes_on_in_the_dark_is_within_what_is_stated() -> None:
+    diameters = 250 * np.exp(0.016 * np.arange(30))
+    images = [frame(d, i) for i, d in enumerate(diameters)]
+    images[15:21] = [np.full((360, 480), 6, np.uint8)] * 6
+    found = list(follow(ZoomFollower(TABLE), images))
+    errors = np.array([math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)])
+    doubt = np.array([e.relative_uncertainty for e in found])
+    assert (np.abs(errors[15:]) <= 3 * doubt[15:] + 1e-3).all()
+    assert abs(errors[20]) > 0.05
+    assert np.abs(errors[25:]).max() < 0.003
+    assert doubt[25:].max() < 0.003
+
+
+def test_a_zoom_that_ends_in_the_dark_is_within_what_is_stated() -> None:
+    diameters = 250 * np.exp(0.016 * np.minimum(np.arange(30), 15))
+    images = [frame(d, i) for i, d in enumerate(diameters)]
+    images[15:19] = [np.full((360, 480), 6, np.uint8)] * 4
+    found = list(follow(ZoomFollower(TABLE), images))
+    errors = np.array([math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)])
+    doubt = np.array([e.relative_uncertainty for e in found])
+    assert (np.abs(errors[17:]) <= 3 * doubt[17:] + 1e-3).all()
+
+
 def test_past_a_limit_of_doubt_tracking_becomes_holding() -> None:
     follower = ZoomFollower(TABLE, FollowSpec(limit=0.004))
     diameters = [500.0] * 5 + [650.0] * 5 + [620.0] * 140

@@ -196,3 +196,42 @@ def test_frames_of_half_the_length_tell_the_same_speed(measured: list[float]) ->
             assert two.diameter == pytest.approx(one.diameter, rel=1e-12)
             one.correct(diameter, 1e-3)
             two.correct(diameter, 1e-3)
+
+
+@pytest.mark.parametrize("speed", [(0.0, 0.01), (0.01, 0.0), (0.0, 0.05), (0.03, -0.02)])
+def test_while_a_measurement_waits_the_estimate_is_as_doubtful_as_it_is_off(
+    speed: tuple[float, float],
+) -> None:
+    state = DiameterFilter()
+    state.restart(500.0, 3e-4)
+    truth = np.cumsum(np.where(np.arange(60) < 30, *speed))
+    for logarithm in truth:
+        state.predict()
+        state.correct(500 * float(np.exp(logarithm)), 3e-4)
+        assert abs(np.log(state.diameter / 500) - logarithm) <= 3 * np.hypot(
+            state.sigma, state.pending
+        )
+    assert state.pending == 0
+
+
+def test_a_wild_circle_adds_no_more_doubt_than_a_zoom_can_explain() -> None:
+    state = DiameterFilter()
+    state.restart(600.0, 3e-4)
+    state.predict()
+    assert not state.correct(1200.0, 3e-4)
+    assert state.pending == pytest.approx(0.06)
+    state.predict()
+    assert state.correct(600.0, 3e-4)
+    assert state.pending == 0
+
+
+def test_a_zoom_is_not_taken_to_go_on_through_a_long_gap() -> None:
+    state = DiameterFilter()
+    state.restart(300.0, 3e-4, 0.01)
+    for i in range(20):
+        state.predict()
+        state.correct(300 * float(np.exp(0.01 * i)), 3e-4)
+    before = state.diameter
+    state.predict(Elapsed(50.0, 2.0))
+    assert state.diameter == pytest.approx(before)
+    assert state.sigma >= 0.09
