@@ -1,5 +1,5 @@
 """``python -m endocal`` is the command ``endocal``."""
 
-from .cli.app import main
+from .cli.entry import main
 
 main()
