@@ -9,7 +9,7 @@ import av
 import av.container
 import av.stream
 
-_MOV = ("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp")
+MOV_FAMILY = frozenset(("mp4", "mov", "ipod", "3gp", "3g2", "ismv", "f4v", "psp"))
 # Containers that never refuse a codec, but whose readers know these only.
 _READABLE = {
     "mpegts": {"h264", "hevc", "mpeg2video", "mpeg1video", "mpeg4"},
@@ -123,7 +123,7 @@ class ContainerKind:
         """
         # Nothing is shifted to begin at zero, except where a time below zero cannot be written at all.
         options = {} if self.name == "nut" else {"avoid_negative_ts": "disabled"}
-        if self.name in _MOV:
+        if self.name in MOV_FAMILY:
             if time_base.numerator == 1:
                 options["video_track_timescale"] = str(time_base.denominator)
             flags = [] if {key.lower() for key in tags} <= _MOV_TAGS else ["use_metadata_tags"]

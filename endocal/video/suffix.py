@@ -1,11 +1,11 @@
-"""Whether a suffix names a container for video, before anything is written into it."""
+"""Whether a suffix names a container for video, and which, before anything is written into it."""
 
 from __future__ import annotations
 
 import av
 
 from ..errors import UsageError
-from .container import ContainerKind
+from .container import MOV_FAMILY, ContainerKind
 from .encoder import EncoderChoice, encoders_for
 
 
@@ -25,3 +25,20 @@ def check_suffix(suffix: str, choice: EncoderChoice) -> None:
     if not any(kind.takes_codec(name) for name in encoders_for(choice)):
         video = "video" if choice.codec is None else f"video of {choice.codec}"
         raise UsageError(f"--suffix {suffix}: {kind.shown} takes no {video}; use one such as .mkv")
+
+
+def check_named(suffix: str, container: str, name: str) -> None:
+    """Raise UsageError where a suffix (.mp4) names another container than the one of FFmpeg's name.
+
+    ``name`` is what messages call the file.
+    """
+    try:
+        with av.open(f"file:x{suffix}", mode="w") as file:
+            own = file.format.name
+    except ValueError:
+        return  # it names none
+    if own != container and not {own, container} <= MOV_FAMILY:
+        given = ContainerKind(container).shown
+        raise UsageError(
+            f"{name}: its suffix names {ContainerKind(own).shown}, and --format {given}: leave one out"
+        )

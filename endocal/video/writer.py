@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Protocol, Self
 
@@ -24,6 +25,7 @@ from .frames import FramePool
 from .opening import open_encoder
 from .reader import Item, VideoReader
 from .stream import StreamInfo
+from .suffix import check_named
 from .verify import verify_video
 
 # The container flag by which every packet is passed on at once.
@@ -253,6 +255,8 @@ class VideoWriter:
         if container.format.no_file:
             # Numbered pictures, playlists with their segments, devices: files of their own choosing.
             raise refusal
+        if self._path is not None and container_format is not None:
+            check_named(Path(self._path).suffix, container.format.name, self.name)
         return container
 
     def _add_video(self, picture: OutputPicture, choice: EncoderChoice) -> None:

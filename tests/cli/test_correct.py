@@ -63,6 +63,7 @@ def test_json_is_the_report_alone(endocal: Runner, tmp_path: Path, lens: str) ->
         (("--format", "nosuch"), "names no video file"),
         (("--format", "hls"), "names no video file"),
         (("--format", "image2"), "names no video file"),
+        (("--format", "mkv"), "its suffix names mp4, and --format matroska"),
         (("--device", "nosuch"), "no OpenCL device matches"),
         (("--size", "63x47"), "give --size 62x46"),
         (("--codec", "aac"), "encodes audio"),
@@ -76,6 +77,16 @@ def test_wrong_options(
     done = endocal("correct", source, "-o", out, "-c", lens, *device, *options)
     assert words in done.fails(2)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mp4", "cal.toml"]
+
+
+@pytest.mark.parametrize(("name", "named"), [("o.m4v", "mp4"), ("o.mkv", "mkv"), ("o.dat", "mkv")])
+def test_a_format_that_the_suffix_does_not_contradict(
+    endocal: Runner, tmp_path: Path, lens: str, name: str, named: str
+) -> None:
+    source, out = DELIVERY.make(tmp_path / "a.mp4"), tmp_path / name
+    options = ("-c", lens, "--device", "numpy", "--format", named)
+    assert endocal("correct", source, "-o", out, *options).code == 0
+    assert out.exists()
 
 
 @pytest.mark.parametrize("name", ["o.png", "o%03d.jpg", "o.m3u8", "o.mpd", "o", "o.toml"])
