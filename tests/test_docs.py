@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from endocal.calibration import quality as q
 from endocal.cli.app import COMMANDS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -66,6 +67,32 @@ def test_modules_that_the_pages_name_exist(page: Path) -> None:
     for name in re.findall(r"`([\w/]+\.(?:py|cl))(?:::\w+)?`", page.read_text()):
         places = [ROOT / name, ROOT / "endocal" / name]
         assert any(p.exists() for p in places), f"{page.name} names {name}"
+
+
+def test_the_table_of_the_verdict_has_the_thresholds() -> None:
+    page = (ROOT / "docs" / "method.md").read_text()
+    rows = dict(re.findall(r"^\| `(failed|doubtful)` \|(.*)\|$", page, re.MULTILINE))
+    for words in (
+        f"fewer than {q.FAILED_LINES} lines",
+        f"stay {q.FAILED_ROUGH:g} px from straight",
+        f"stay {q.ROUGH_WITHOUT_BOARD:g} px from straight",
+        f"fewer than {q.FEW_LINES} lines or less than {q.LITTLE_WITHOUT_BOARD:.0%}",
+        f"more than {q.FAILED_ASTRAY:g} standard deviations",
+    ):
+        assert words.replace("%", " %") in rows["failed"]
+    for words in (
+        f"fewer than {q.FEW_LINES} lines",
+        f"less than {q.POOR_COVERAGE:.0%} of the way",
+        f"bent by {q.BENT:g} px",
+        f"{q.ROUGH:g} px from straight by noise",
+        f"less than {q.LITTLE_EXPLAINED:.0%} of the edge points",
+        f"without a chessboard less than {q.LITTLE_WITHOUT_BOARD:.0%}",
+        f"λ over {q.WEAK_LAMBDA:.0%}",
+        f"centre over {q.WEAK_CENTER * 100:g}%",
+        f"more than {q.ASTRAY:g} standard deviations",
+        f"less than {q.NEAR_FOLD - 1:.0%} beyond",
+    ):
+        assert words.replace("%", " %") in rows["doubtful"]
 
 
 def test_messages_that_the_troubleshooting_explains_exist() -> None:
