@@ -130,8 +130,21 @@ def describe(
         hdr=_hdr(frame),
         display_matrix=_display_matrix(frame),
         interlaced=bool(frame.interlaced_frame),
-        extras=tuple(name for kind, name in _EXTRAS.items() if _side_data(frame, kind) is not None),
+        extras=(
+            *(name for kind, name in _EXTRAS.items() if _side_data(frame, kind) is not None),
+            *(("transparency",) if _is_made_opaque(stream, frame) else ()),
+        ),
     )
+
+
+def _is_made_opaque(stream: av.VideoStream, frame: av.VideoFrame) -> bool:
+    """Tell whether a frame, in the format to work in, has lost the transparency that the stream has."""
+    native = stream.codec_context.format
+    before, after = (
+        fmt is not None and any(c.is_alpha for c in fmt.components)
+        for fmt in (native, frame.format)
+    )
+    return before and not after
 
 
 def descriptions(container: av.container.InputContainer) -> dict[int, str]:

@@ -330,3 +330,11 @@ def test_moving_pictures_under_a_still_ones_name(tmp_path: Path) -> None:
         with pytest.raises(UsageError, match="names no video file"):
             run(tmp_path, clip, lens, out="out.png")
         assert not (tmp_path / "out.png").exists()
+
+
+def test_transparency_that_is_lost_is_named(tmp_path: Path) -> None:
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    for pix_fmt, words in (("ya8", ["transparency cannot be kept, and is left out"]), ("rgba", [])):
+        source = Clip(frames=2, codec="rawvideo", pix_fmt=pix_fmt).make(tmp_path / "a.nut")
+        report = run(tmp_path, source, lens, overwrite=True)
+        assert [note for note in report.notes if "transparency" in note] == words
