@@ -25,6 +25,9 @@ def check_options(spec: BatchSpec) -> None:
         require_figures()
     device = spec.correction.get("device", "auto")
     if spec.scheduler is None and device not in ("auto", "numpy"):
+        from ..remap.engine import prepare_device
+
+        prepare_device(device)
         from ..remap.opencl_device import choose_device
 
         choose_device(device)

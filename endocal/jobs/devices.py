@@ -74,6 +74,9 @@ class DevicesReport:
 
 def find_devices(measure: bool = False) -> DevicesReport:
     """List the OpenCL devices; with ``measure`` time and check each, and remember its faster strategy."""
+    from ..remap.engine import prepare_device
+
+    prepare_device("auto")
     from ..remap.opencl_device import choose_device, list_devices
 
     try:

@@ -131,10 +131,23 @@ class _Return:
             np.copyto(out, plain)
 
 
+def prepare_device(name: str) -> None:
+    """Set in the environment what the device's libraries read there.
+
+    To be done before they are imported, and before other threads start: what those read of the environment
+    meanwhile is undefined.
+    """
+    if name != "numpy":
+        from .pocl_setup import prepare_pocl
+
+        prepare_pocl()
+
+
 def load_device(name: str) -> None:
     """Load the libraries of the device that a FrameRemapper will be asked for, and open it.
 
-    That takes a while, and may be done in another thread meanwhile. Raises what the remapper would.
+    That takes a while, and may be done in another thread meanwhile, after ``prepare_device`` in this one.
+    Raises what the remapper would.
     """
     if name != "numpy":
         from .opencl_device import choose_device, session
@@ -149,6 +162,7 @@ def choose_engine(
     grids = plane_grids(layout, geometry)
     if device == "numpy":
         return NumpyEngine(grids, interpolation)
+    prepare_device(device)
     from .opencl_engine import OpenCLEngine
 
     return OpenCLEngine(grids, interpolation, device)

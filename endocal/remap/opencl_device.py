@@ -11,12 +11,12 @@ from importlib import resources
 import pyopencl as cl
 
 from ..errors import DeviceError, UsageError
-from .pocl_linker import provide_linker
 from .pocl_processor import name_unknown_processor
+from .pocl_setup import prepare_pocl, require_pocl
 
 _INSTALL = (
-    "install an OpenCL driver (pip install 'pyopencl[pocl]' brings one for the CPU)"
-    " or pass --device numpy"
+    "install your GPU's OpenCL driver, or PoCL for the CPU (pip install pocl-binary-distribution on Linux"
+    " x86-64, apt install pocl-opencl-icd on Debian), or pass --device numpy"
 )
 # The order in which ``auto`` prefers kinds of device.
 _KINDS = (
@@ -52,6 +52,7 @@ class ListedDevice:
 
 def list_devices() -> list[ListedDevice]:
     """Return every OpenCL device of every platform; an empty list where there is no platform."""
+    prepare_pocl()  # before any driver is loaded
     try:
         platforms = cl.get_platforms()
     except cl.Error:  # the loader knows no platform
@@ -76,7 +77,7 @@ def choose_device(name: str) -> tuple[ListedDevice, str]:
     """
     devices = list_devices()
     if not devices:
-        raise DeviceError(f"no OpenCL device was found: {_INSTALL}")
+        raise DeviceError(f"no OpenCL device was found: {prepare_pocl().trouble or _INSTALL}")
     if name == "auto":
         answers = os.environ.get("PYOPENCL_CTX", "")
         if not answers:
@@ -137,7 +138,7 @@ class DeviceSession:
         self.is_cpu = listed.kind == "CPU"
         name_unknown_processor(self.device.int_ptr, self.device.version)
         if "PoCL" in self.device.version:
-            provide_linker()
+            require_pocl()
         try:
             self.context = cl.Context([self.device])
         except cl.Error as error:

@@ -12,15 +12,12 @@ The file is run by itself as that program, so it imports the standard library al
 
 from __future__ import annotations
 
-import atexit
 import os
-import platform
 import shlex
 import shutil
 import struct
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -66,22 +63,14 @@ class _Symbol(NamedTuple):
     size: int
 
 
-def provide_linker() -> None:
-    """Put our ``ld`` where the Clang inside this process looks first; once, and on Linux x86-64 alone."""
-    if platform.system() != "Linux" or platform.machine() != "x86_64" or _provided:
-        return
-    folder = tempfile.mkdtemp(prefix="endocal-ld-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+def provide_linker(folder: Path) -> None:
+    """Put our ``ld`` into a directory, and have the Clang inside this process look there first."""
     command = shlex.join([sys.executable, "-I", "-S", os.path.abspath(__file__)])
-    program = Path(folder) / "ld"
+    program = folder / "ld"
     program.write_text(f'#!/bin/sh\nexec {command} "$@"\n', encoding="utf-8")
     program.chmod(0o700)
     others = os.environ.get(_SEARCH)
-    os.environ[_SEARCH] = folder if not others else f"{folder}{os.pathsep}{others}"
-    _provided.append(folder)
-
-
-_provided: list[str] = []
+    os.environ[_SEARCH] = f"{folder}{os.pathsep}{others}" if others else str(folder)
 
 
 def main(arguments: Sequence[str]) -> int:
