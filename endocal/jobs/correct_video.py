@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError, OutputError
 from ..files import atomic_output
 from ..files.names import shown
-from ..remap.engine import Pending, load_device
+from ..remap.engine import Pending, load_device, prepare_device
 from ..remap.layout import supported
 from ..video.pipeline import run
 from ..video.reader import Item, VideoReader, is_frame
@@ -39,8 +39,9 @@ def correct_video(
     """Correct a video; see ``correct``. ``lenses`` holds one for each eye."""
     began = time.monotonic()
     name = input_name(spec)
-    # While the input is opened and its first frames are decoded; what fails there fails again when it is due.
-    Background(partial(load_device, spec.device))
+    # While the input is opened and its first frames are decoded.
+    prepare_device(spec.device)
+    device = Background(partial(load_device, spec.device))
     with VideoReader(
         source,
         name=name,
@@ -56,6 +57,7 @@ def correct_video(
         fitted, notes = fit_eyes(spec, lenses, split, info)
         with _zoom_log(spec) as log, _target(spec) as target:
             eyes = eye_sources(spec, fitted, split, log, reader)
+            device.result()
             corrector = Corrector(spec, info, split, eyes)
             with VideoWriter(
                 target,

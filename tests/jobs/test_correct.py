@@ -13,7 +13,8 @@ import av
 import numpy as np
 import pytest
 
-from endocal.errors import InputError, OutputError, UsageError
+from endocal.errors import DeviceError, InputError, OutputError, UsageError
+from endocal.jobs import correct_video
 from endocal.jobs.correct import correct
 from endocal.jobs.correction import CorrectionReport, CorrectionSpec, Progress
 from endocal.model import DivisionModel
@@ -338,3 +339,18 @@ def test_transparency_that_is_lost_is_named(tmp_path: Path) -> None:
         source = Clip(frames=2, codec="rawvideo", pix_fmt=pix_fmt).make(tmp_path / "a.nut")
         report = run(tmp_path, source, lens, overwrite=True)
         assert [note for note in report.notes if "transparency" in note] == words
+
+
+def test_a_device_that_cannot_be_opened_ends_the_work_before_there_is_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # It is opened in a thread of its own: what fails there must not be lost.
+    def broken(name: str) -> None:
+        raise DeviceError(f"{name} is broken")
+
+    monkeypatch.setattr(correct_video, "load_device", broken)
+    source = CLIP.make(tmp_path / "a.mkv")
+    lens = calibration(tmp_path / "cal.toml", LAM, CENTER)
+    with pytest.raises(DeviceError, match="numpy is broken"):
+        run(tmp_path, source, lens)
+    assert not list(tmp_path.glob("*out*"))

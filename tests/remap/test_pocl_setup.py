@@ -110,3 +110,27 @@ def test_kernels_are_built_and_cleared_away_where_no_cache_can_be(tmp_path, give
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"endocal: note: PoCL cannot keep its kernels in {NOWHERE}")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_thread_that_loads_the_device_adds_nothing_to_the_environment():
+    # Other threads' C libraries may be reading it, which then is undefined.
+    script = (
+        "import os, sys, threading\n"
+        "from endocal.remap.engine import load_device, prepare_device\n"
+        "prepare_device('auto')\n"
+        "there = set(os.environb)\n"
+        "added = []\n"
+        "def hook(event, values):\n"
+        "    if event == 'os.unsetenv' or event == 'os.putenv' and values[0] not in there:\n"
+        "        added.append(values[0])\n"
+        "sys.addaudithook(hook)\n"
+        "thread = threading.Thread(target=load_device, args=('auto',))\n"
+        "thread.start()\n"
+        "thread.join()\n"
+        "assert 'pyopencl' in sys.modules\n"
+        "assert not added, added\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
