@@ -58,7 +58,10 @@ def test_devices_without_opencl_says_what_to_do(
     monkeypatch.setattr(cl, "get_platforms", list)
     shown = endocal("devices")
     assert shown.code == 0
-    assert "auto  takes none: no OpenCL device was found: install an OpenCL driver" in shown.out
+    assert (
+        "auto  takes none: no OpenCL device was found: install your GPU's OpenCL driver"
+        in shown.out
+    )
     data = json.loads(endocal("devices", "--json").out)
     assert (data["auto"], data["devices"]) == (None, [])
 
