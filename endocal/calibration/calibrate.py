@@ -278,13 +278,18 @@ def _rms(values: Floats) -> float:
 
 
 def _model(scene: Scene, spec: CalibrationSpec, params: Floats) -> DivisionModel:
-    return DivisionModel(
-        params[0],
-        (params[1] / spec.pixel_aspect, params[2]),
-        scene.size,
-        spec.pixel_aspect,
-        params[3] if len(params) > 3 else 0.0,
-    )
+    try:
+        return DivisionModel(
+            params[0],
+            (params[1] / spec.pixel_aspect, params[2]),
+            scene.size,
+            spec.pixel_aspect,
+            params[3] if len(params) > 3 else 0.0,
+        )
+    except InputError as error:
+        raise CalibrationError(
+            f"what look like lines tell no lens ({error}): show a chessboard or parallel lines"
+        ) from error
 
 
 def _source(spec: CalibrationSpec) -> Source:

@@ -9,7 +9,7 @@ import pytest
 
 from endocal import CalibrationSpec, calibrate
 from endocal.calibration.calibrate import calibrate_jointly
-from endocal.errors import EndocalError, UsageError
+from endocal.errors import CalibrationError, EndocalError, UsageError
 from endocal.files import dumps
 from endocal.synth.board import render_board
 from endocal.synth.camera import ContentCircle
@@ -256,3 +256,13 @@ def test_dots_are_refused(real_data) -> None:
         except EndocalError:
             continue
         assert result.quality.verdict == "failed"
+
+
+def test_lines_that_tell_no_lens_are_refused() -> None:
+    """Parabolas of one kind are straight under a centre far outside the picture."""
+    h, w = 540, 720
+    y, x = np.mgrid[:h, :w]
+    stripes = np.floor((y + ((x - 360) / 45.0) ** 2) / 30) % 2
+    picture = cv2.GaussianBlur((40 + 170 * stripes).astype(np.uint8), (0, 0), 1.0)
+    with pytest.raises(CalibrationError, match="tell no lens"):
+        calibrate(picture)
