@@ -37,6 +37,8 @@ MODEL_HOLDS = 1.0
 OWN_NOISE_ROUNDS = 2
 CORRECTED_ROUNDS = 2
 CORRECTED_SOFTNESS = 2.0
+# The softness of a last fit, px, at least.
+LEAST_SOFTNESS = 0.05
 # Residuals beyond this many softnesses of the fit are none of its lines'.
 OUTLYING = 3.0
 
@@ -115,7 +117,7 @@ def fit_measured(
             noisy = _noise(everything, fit) > NOISY
         elif all(a is b for a, b in zip(measured, whole, strict=True)):
             break
-    fit = _fit(everything, params, reach, prior, max(0.05, 2 * sigma), content)
+    fit = _fit(everything, params, reach, prior, _softness(sigma), content)
     on_a_board = any(board is not None for board in boards)
     refined = Refined(fit, everything, view_of, on_a_board)
     if on_a_board:
@@ -146,11 +148,16 @@ def fit_again(
     refined: Refined, start: Floats, reach: float, prior: Prior, content: float
 ) -> Refined:
     """Fit another model, from ``start``, to lines that are measured already."""
-    softness = max(0.05, 2 * refined.fit.sigma)
+    fit = replace(refined.fit, params=start)
     for _ in range(2):  # the first time the softness is that of another model
-        fit = _fit(refined.measured, start, reach, prior, softness, content)
-        start, softness = fit.params, max(0.05, 2 * fit.sigma)
+        softness = _softness(fit.sigma)
+        fit = _fit(refined.measured, fit.params, reach, prior, softness, content)
     return replace(refined, fit=fit)
+
+
+def _softness(sigma: float) -> float:
+    """The softness of a fit whose residuals are known to lie within ``sigma`` px or so."""
+    return max(LEAST_SOFTNESS, 2 * sigma)
 
 
 def straightened(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:

@@ -17,7 +17,6 @@ UNKNOWN_CENTER = 0.1
 # How far the centre lies from where it is believed to be, in standard deviations of that belief.
 ASTRAY, FAILED_ASTRAY = 3.0, 6.0
 WEAK_LAMBDA = 0.01
-FAILED_LAMBDA = 0.5
 # Lambda at least this many standard deviations from zero.
 SIGNIFICANT = 3.0
 # Straightness, px of a 540-line frame, that noise and blur do not explain.
@@ -103,10 +102,6 @@ def judge(e: Evidence) -> Quality:
                 failed.append(
                     "no pattern seen that could tell: show a chessboard or parallel lines"
                 )
-        elif relative > FAILED_LAMBDA:
-            failed.append(
-                f"lambda is known to {relative:.0%} only: show more lines, nearer to the rim"
-            )
         elif relative > WEAK_LAMBDA:
             doubts.append(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
     if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:

@@ -1,4 +1,4 @@
-"""The cells that edge points vote for in HEwG's map, and the entropy of their votes: see ``hough``."""
+"""The cells that edge points vote for in HEwG's map: see ``hough``."""
 
 from __future__ import annotations
 

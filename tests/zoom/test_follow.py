@@ -107,13 +107,17 @@ def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
     assert doubt[-1] > 5 * doubt[0]
 
 
-def test_a_zoom_that_goes_on_in_the_dark_is_within_what_is_stated() -> None:
-    diameters = 250 * np.exp(0.016 * np.arange(30))
+def followed_through_the_dark(diameters: np.ndarray, dark: int) -> tuple[np.ndarray, np.ndarray]:
+    """Relative errors and stated doubts of frames of these diameters, ``dark`` of them black from 15 on."""
     images = [frame(d, i) for i, d in enumerate(diameters)]
-    images[15:21] = [np.full((360, 480), 6, np.uint8)] * 6
+    images[15 : 15 + dark] = [np.full((360, 480), 6, np.uint8)] * dark
     found = list(follow(ZoomFollower(TABLE), images))
     errors = np.array([math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)])
-    doubt = np.array([e.relative_uncertainty for e in found])
+    return errors, np.array([e.relative_uncertainty for e in found])
+
+
+def test_a_zoom_that_goes_on_in_the_dark_is_within_what_is_stated() -> None:
+    errors, doubt = followed_through_the_dark(250 * np.exp(0.016 * np.arange(30)), dark=6)
     assert (np.abs(errors[15:]) <= 3 * doubt[15:] + 1e-3).all()
     assert abs(errors[20]) > 0.05
     assert np.abs(errors[25:]).max() < 0.003
@@ -122,11 +126,7 @@ def test_a_zoom_that_goes_on_in_the_dark_is_within_what_is_stated() -> None:
 
 def test_a_zoom_that_ends_in_the_dark_is_within_what_is_stated() -> None:
     diameters = 250 * np.exp(0.016 * np.minimum(np.arange(30), 15))
-    images = [frame(d, i) for i, d in enumerate(diameters)]
-    images[15:19] = [np.full((360, 480), 6, np.uint8)] * 4
-    found = list(follow(ZoomFollower(TABLE), images))
-    errors = np.array([math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)])
-    doubt = np.array([e.relative_uncertainty for e in found])
+    errors, doubt = followed_through_the_dark(diameters, dark=4)
     assert (np.abs(errors[17:]) <= 3 * doubt[17:] + 1e-3).all()
 
 

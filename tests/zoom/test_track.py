@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import cv2
 import numpy as np
@@ -34,32 +34,31 @@ def zoomed(speed: float, count: int) -> Iterator[np.ndarray]:
         yield cv2.warpAffine(scene, matrix, SIZE, flags=cv2.INTER_AREA).astype(np.uint8)
 
 
-def test_a_zoomed_texture_is_followed() -> None:
+def tracked(frames: Iterable[np.ndarray]) -> float:
+    """The logarithm of the zoom over all frames, as the tracker has it."""
     tracker = ScaleTracker()
-    total, speed, diameter = 0.0, 0.01, DIAMETER
-    for i, frame in enumerate(zoomed(speed, 16)):
+    total, diameter = 0.0, DIAMETER
+    for i, frame in enumerate(frames):
         step = tracker.step(frame, TABLE, diameter)
         assert (step is None) == (i == 0)
         if step is not None:
             total += step.logarithm
             diameter *= math.exp(step.logarithm)
+    return total
+
+
+def test_a_zoomed_texture_is_followed() -> None:
     # The prior takes a little, since a nearing camera is not impossible.
-    assert total == pytest.approx(15 * speed, rel=0.03)
+    assert tracked(zoomed(0.01, 16)) == pytest.approx(15 * 0.01, rel=0.03)
 
 
 @pytest.mark.parametrize("brightest", [256, 512, 1024, 4096])
 def test_light_that_flickers_about_a_power_of_two_hides_nothing(brightest: int) -> None:
-    tracker = ScaleTracker()
-    total, speed, diameter = 0.0, 0.01, DIAMETER
-    for i, frame in enumerate(zoomed(speed, 10)):
-        light = brightest * (0.98 if i % 2 == 0 else 1.02)
-        deep = (frame / frame.max() * light).astype(np.uint16)
-        step = tracker.step(deep, TABLE, diameter)
-        assert (step is None) == (i == 0)
-        if step is not None:
-            total += step.logarithm
-            diameter *= math.exp(step.logarithm)
-    assert total == pytest.approx(9 * speed, rel=0.1)
+    frames = (
+        (frame / frame.max() * brightest * (0.98 if i % 2 == 0 else 1.02)).astype(np.uint16)
+        for i, frame in enumerate(zoomed(0.01, 10))
+    )
+    assert tracked(frames) == pytest.approx(9 * 0.01, rel=0.1)
 
 
 @pytest.mark.parametrize("level", [0, 128, 255])
