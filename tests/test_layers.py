@@ -34,6 +34,26 @@ FLOORS = {
     "__main__": 8,
     "__init__": 8,
 }
+# The same within ``calibration``: from what is seen to what is told of the lens.
+CALIBRATION = {
+    "result": 0,
+    "spec": 0,
+    "straightness": 0,
+    "image": 1,
+    "measure": 2,
+    "board": 3,
+    "fit": 4,
+    "hough": 4,
+    "search": 4,
+    "quality": 4,
+    "recorded": 4,
+    "evaluate": 4,
+    "scene": 5,
+    "methods": 6,
+    "objective": 7,
+    "calibrate": 8,
+    "__init__": 8,
+}
 ROOMS = {"typer": "cli", "rich": "cli", "av": "video", "pyopencl": "remap"}
 # Import name -> distribution, where they differ.
 DISTRIBUTIONS = {"cv2": "opencv-python-headless", "tomli_w": "tomli-w"}
@@ -75,6 +95,16 @@ def test_imports_point_down(path: Path) -> None:
         assert target[1] in FLOORS, f"{'.'.join(target)} is no module of endocal"
         lower = FLOORS[target[1]] < FLOORS[room]
         assert lower or target[1] == room, f"{'/'.join(place(path))} imports {'.'.join(target)}"
+
+
+@pytest.mark.parametrize(
+    "path", sorted((PACKAGE / "calibration").rglob("*.py")), ids=lambda p: "/".join(place(p))
+)
+def test_imports_within_calibration_point_down(path: Path) -> None:
+    room = place(path)[1]
+    for target, _ in imports(path):
+        if target[:2] == ("endocal", "calibration") and len(target) > 2 and target[2] != room:
+            assert CALIBRATION[target[2]] < CALIBRATION[room], f"{path.name}: {'.'.join(target)}"
 
 
 @pytest.mark.parametrize("path", modules(), ids=lambda p: "/".join(place(p)))

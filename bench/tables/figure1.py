@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from endocal.calibration.hough import Voters, hewg
+from endocal.calibration.hough.hewg import Voters, hewg
 from endocal.calibration.methods.entropy import entropy
 from endocal.calibration.methods.grid import voting_edges
 from endocal.calibration.methods.hewog import undistorted, vote_map

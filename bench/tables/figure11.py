@@ -129,5 +129,5 @@ off by (Δ, Δ). RMSE in px of the corrected picture, over points of the true li
 {table(heads, rows)}
 The article found 21x21 best. {found.verdict}
 A size says how far along an edge its points tell the direction, 0.7 of it to both sides
-(`endocal.calibration.directions.directions_along`); which points see one direction only, half of it tells.
+(`endocal.calibration.image.directions.directions_along`); which points see one direction only, half of it tells.
 """

@@ -9,9 +9,9 @@ import numpy as np
 from endocal.calibration.calibrate import calibrate
 from endocal.calibration.methods.entropy import entropy
 from endocal.calibration.methods.grid import voting_edges
+from endocal.calibration.methods.vote_maps import vote_maps
 from endocal.calibration.scene import look_at
 from endocal.calibration.spec import CalibrationSpec
-from endocal.calibration.vote_maps import vote_maps
 from endocal.remap.remapper import Remapper
 from endocal.synth.board import render_board
 

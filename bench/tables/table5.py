@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from endocal.calibration.board import find_board
+from endocal.calibration.board.corners import find_board
 from endocal.calibration.evaluate import LinePoints, evaluate
 from endocal.model import DivisionModel
 from endocal.remap.remapper import Remapper

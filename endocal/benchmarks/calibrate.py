@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..boundary.detect import find_boundary
-from ..calibration.content import content_mask
-from ..calibration.edges import find_edges, sobel_gradients
-from ..calibration.hough import hewg
-from ..calibration.picture import Picture, to_grey
+from ..calibration.hough.hewg import hewg
+from ..calibration.hough.votes import Voters
+from ..calibration.image.content import content_mask
+from ..calibration.image.edges import find_edges, sobel_gradients
+from ..calibration.image.picture import Picture, to_grey
 from ..calibration.search import Found, Measure, Region, search
 from ..calibration.spec import CalibrationSpec
-from ..calibration.votes import Voters
 from ..errors import EndocalError
 from ..files import write_image
 from ..synth.board import BoardScene, render_board

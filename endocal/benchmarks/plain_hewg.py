@@ -1,6 +1,6 @@
 """HEwG as one would write it down from the article: one configuration at a time, in float64.
 
-The peer that the vectorised ``endocal.calibration.hough.hewg`` is timed and checked against.
+The peer that the vectorised ``endocal.calibration.hough.hewg.hewg`` is timed and checked against.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..calibration.hough import magnification
+from ..calibration.hough.hewg import magnification
+from ..calibration.hough.votes import ANGLES, Voters
 from ..calibration.straightness import LEAST_DENOMINATOR
-from ..calibration.votes import ANGLES, Voters
 
 Floats = NDArray[np.float64]
 

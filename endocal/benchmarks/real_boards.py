@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..calibration.calibrate import Image
-from ..calibration.picture import to_grey
+from ..calibration.image.picture import to_grey
 from ..calibration.spec import MODELS, CalibrationSpec
 from ..errors import InputError
 from ..files import read_image

@@ -17,7 +17,7 @@ import numpy as np
 from ..boundary.circle import Boundary
 from ..boundary.content import content_radius
 from ..calibration.calibrate import Image, calibrate
-from ..calibration.fit import robust_sigma
+from ..calibration.fit.plumb_line import robust_sigma
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError

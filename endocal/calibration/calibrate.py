@@ -11,7 +11,7 @@ from .._version import __version__
 from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
-from .measured_fit import (
+from .fit.measured import (
     MODEL_HOLDS,
     Refined,
     departs,
@@ -20,10 +20,10 @@ from .measured_fit import (
     misfit_of_views,
     straightened,
 )
+from .fit.refine import best_start, reach_of, refine
 from .methods.registry import method_named
 from .objective import task_of
 from .quality import Evidence, judge
-from .refine import best_start, reach_of, refine
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
 from .search import Found

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import UsageError
+from .fit.refine import reach_of
 from .methods.registry import HEWG, method_named
 from .methods.task import MOST_POINTS, Task
-from .refine import reach_of
 from .scene import Scene
 from .search import Measure, Region
 from .spec import CalibrationSpec

@@ -11,11 +11,11 @@ import numpy as np
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
 from ..errors import CalibrationError, InputError, UsageError
-from .content import content_mask
-from .edges import EdgePoints, find_edges
-from .fit import Prior
-from .measured_fit import View
-from .picture import Grey, Image, Mask, Picture, checked, fields, to_grey
+from .fit.measured import View
+from .fit.plumb_line import Prior
+from .image.content import content_mask
+from .image.edges import EdgePoints, find_edges
+from .image.picture import Grey, Image, Mask, Picture, checked, fields, to_grey
 from .spec import CalibrationSpec
 from .straightness import Floats
 

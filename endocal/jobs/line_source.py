@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..calibration.board import find_board
+from ..calibration.board.corners import find_board
 from ..calibration.calibrate import OUTLYING, Image, calibrate_jointly
 from ..calibration.evaluate import LinePoints
 from ..calibration.scene import look_at

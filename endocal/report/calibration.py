@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 
 from ..boundary.content import content_radius
 from ..calibration.calibrate import Workings
-from ..calibration.fit import robust_sigma
+from ..calibration.fit.plumb_line import robust_sigma
 from ..calibration.methods.registry import method_named
 from ..calibration.quality import ROUGH
 from ..calibration.result import Calibration

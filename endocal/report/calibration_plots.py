@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 from ..calibration.calibrate import Workings
-from ..calibration.edges import sobel_gradients
-from ..calibration.fit import robust_sigma
+from ..calibration.fit.plumb_line import robust_sigma
+from ..calibration.image.edges import sobel_gradients
+from ..calibration.methods.vote_maps import ANGLES, vote_maps
 from ..calibration.objective import cost_of, region_of
 from ..calibration.spec import CalibrationSpec
 from ..calibration.straightness import Floats
-from ..calibration.vote_maps import ANGLES, vote_maps
 from ..model import DivisionModel
 from .figures import BLUE, GREEN, INK, ORANGE, SOFT, heat, plot
 from .page import Html

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from endocal.calibration.measure.profiles import Measured
 from endocal.model import DivisionModel
 from endocal.synth.board import BoardScene
 from endocal.synth.camera import Camera, ContentCircle
@@ -65,3 +66,22 @@ def line_points(
         normals.append(gradient / np.linalg.norm(gradient, axis=1)[:, None])
         label += 1
     return np.concatenate(points), np.concatenate(labels), np.concatenate(normals)
+
+
+def grid(n: int, step: int = 20) -> Measured:
+    """The lines of a flat n x n chessboard, one point a px, and one stray line that never changes sides."""
+    t = np.arange(0.5, n * step)
+    near = np.abs((t + step / 2) % step - step / 2) < 2  # too weak to be measured at crossings
+    points, labels, sides = [], [], []
+    for i in range(1, n):
+        for flip in (0, 1):
+            p = np.stack([t, np.full_like(t, i * step)], axis=1)[~near]
+            points.append(p[:, ::-1] if flip else p)
+            labels.append(np.full(len(p), len(labels)))
+            sides.append(np.where((t[~near] // step + i) % 2 == 0, 1.0, -1.0))
+    stray = np.stack([t, np.full_like(t, -50.0)], axis=1)
+    points.append(stray)
+    labels.append(np.full(len(stray), len(labels)))
+    sides.append(np.ones(len(stray)))
+    levels = np.tile([20.0, 200.0], (sum(map(len, points)), 1))
+    return Measured(np.concatenate(points), np.concatenate(labels), np.concatenate(sides), levels)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import CalibrationError
-from ..lines import LineSpec, group
-from ..refine import best_start, reach_of
+from ..fit.grouping import LineSpec, group
+from ..fit.refine import best_start, reach_of
 from ..straightness import Floats
 from .task import Task
 

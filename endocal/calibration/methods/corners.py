@@ -16,9 +16,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import CalibrationError
-from ..board import find_board
-from ..lifted import Corners, fit
-from ..picture import Grey
+from ..board.corners import find_board
+from ..board.lifted import Corners, fit
+from ..image.picture import Grey
 from ..search import Found
 from .task import Task
 

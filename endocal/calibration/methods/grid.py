@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..directions import directions_along
-from ..edges import EdgePoints, edge_directions
-from ..measured_fit import View
+from ..fit.measured import View
+from ..image.directions import directions_along
+from ..image.edges import EdgePoints, edge_directions
 from ..search import Found, Measure, search
 from ..straightness import Floats
 from .task import MOST_POINTS, Task

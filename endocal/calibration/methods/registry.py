@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 
 from ...errors import UsageError
-from ..hough import hewg
+from ..hough.hewg import hewg
+from ..hough.votes import Voters
 from ..search import Measure
 from ..straightness import Floats
-from ..votes import Voters
 from . import cht, corners, heplp, hewog, ht1d, htrdc, wang
 from .grid import NamedMeasure
 from .task import Method

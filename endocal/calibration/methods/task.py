@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..fit import Prior
-from ..measured_fit import View
+from ..fit.measured import View
+from ..fit.plumb_line import Prior
 from ..search import Found, Region
 from ..spec import CalibrationSpec
 from ..straightness import Floats

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ...errors import CalibrationError
-from ..fit import Prior
+from ..fit.plumb_line import Prior
 from ..search import Found
 from ..straightness import Floats, residuals
 from .chosen import chosen_lines

@@ -1,0 +1,197 @@
+"""The fit for a lens that departs from the model: straight rows and columns in the *corrected* picture.
+
+No model of the kind is right there, and which one is best depends on what is made small. This takes what one
+sees: how far the corners of a board lie from straight lines in the corrected picture, measured by the mean
+side of its squares there, so that a model gains nothing by shrinking the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ..board.lifted import Corners
+from ..straightness import Floats, Labels
+from .plumb_line import Fit, Prior, robust_sigma, second_range
+
+# A row or column counts from so many corners on, and boards with at least so many rows and columns in all.
+FEWEST_CORNERS = 3
+FEWEST_LINES = 6
+# So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
+MOST_ASTRAY = 0.25
+# The one-parameter denominator of a corner is no smaller, nor that of another point of a line. An equidistant
+# lens has these 88 and 89 degrees off its axis; nearer to the pole one corner can be sent so far out that all
+# other distances shrink to nothing beside it.
+LEAST_DENOMINATORS = 0.05, 0.02
+# The solver is run again where it made the residual less than this share of what it was, at most so often.
+SETTLED = 0.99
+MOST_ROUNDS = 6
+STEPS = 100
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The rows and columns of boards: each corner once in each.
+
+    ``corners`` (n, 2) px of all boards; ``index`` (m,) into them, ``line`` (m,) the number of the row or
+    column, ``neighbors`` (k, 2) pairs of corners next to each other, ``board`` (k,) whose; ``board_of`` (m,).
+    """
+
+    corners: Floats
+    index: Labels
+    line: Labels
+    neighbors: Labels
+    board: Labels
+    board_of: Labels
+    boards: int
+
+    @classmethod
+    def of(cls, boards: Sequence[Corners]) -> _Rows:
+        """Sort the corners of boards into rows and columns."""
+        index, line, neighbors, board, board_of = [], [], [], [], []
+        first = count = 0
+        for number, corners in enumerate(boards):
+            for axis in (0, 1):
+                for value in np.unique(corners.places[:, axis]):
+                    own = np.flatnonzero(corners.places[:, axis] == value)
+                    if len(own) < FEWEST_CORNERS:
+                        continue
+                    own = own[np.argsort(corners.places[own, 1 - axis])]
+                    next_to = np.diff(corners.places[own, 1 - axis]) == 1
+                    neighbors.append(first + np.stack([own[:-1], own[1:]], axis=1)[next_to])
+                    board.append(np.full(len(neighbors[-1]), number))
+                    index.append(first + own)
+                    line.append(np.full(len(own), count))
+                    board_of.append(np.full(len(own), number))
+                    count += 1
+            first += len(corners.points)
+        return cls(
+            corners=np.concatenate([b.points for b in boards]),
+            index=_all(index),
+            line=_all(line),
+            neighbors=np.concatenate([np.empty((0, 2), np.intp), *neighbors]),
+            board=_all(board),
+            board_of=_all(board_of),
+            boards=len(boards),
+        )
+
+    @property
+    def lines(self) -> Labels:
+        """How many rows and columns each board has."""
+        first = np.flatnonzero(np.diff(self.line, prepend=-1))
+        return np.bincount(self.board_of[first], minlength=self.boards)
+
+    def off(self, params: Floats) -> Floats:
+        """Return how far each corner lies from its row or column (m,), corrected, then scaled back, px."""
+        d = self.corners - params[1:3]
+        q = np.einsum("ij,ij->i", d, d)
+        lam2 = params[3] if len(params) > 3 else 0.0
+        u = d / np.maximum(1 + q * (params[0] + q * lam2), 1e-3)[:, None]
+        scale = self._spacing(self.corners) / self._spacing(u)
+        u = u[self.index] * scale[self.board_of, None]
+        counts = np.bincount(self.line)
+        x, y = (v - (np.bincount(self.line, v) / counts)[self.line] for v in u.T)
+        sxx, syy, sxy = (np.bincount(self.line, v) for v in (x * x, y * y, x * y))
+        turn = (0.5 * np.arctan2(2 * sxy, sxx - syy))[self.line]
+        return np.asarray(y * np.cos(turn) - x * np.sin(turn))
+
+    def astray(self, params: Floats) -> float:
+        """How far, in mean squares of its board, a corner lies from its row or column at most."""
+        spacing = self._spacing(self.corners)[self.board_of]
+        return float(np.max(np.abs(self.off(params)) / spacing))
+
+    def _spacing(self, corners: Floats) -> Floats:
+        """The mean distance of neighbours on each board."""
+        ends = corners[self.neighbors]
+        away = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        count = np.bincount(self.board, minlength=self.boards)
+        return np.bincount(self.board, away, self.boards) / np.maximum(count, 1)
+
+
+def _all(parts: Sequence[Labels]) -> Labels:
+    return np.concatenate([np.empty(0, np.intp), *parts])
+
+
+def fit_corners(
+    boards: Sequence[Corners], points: Floats, start: Floats, prior: Prior, monotonic: float
+) -> tuple[Fit, Labels] | None:
+    """Fit (lam, cx, cy[, lam2]) from ``start`` downhill; return the fit and its residuals' lines (m,).
+
+    ``boards``: those of all views, in square px; ``points`` (n, 2): all that was measured. The prior weighs
+    as much as one line's evidence. The two-parameter model is kept from folding within ``monotonic`` px.
+    None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
+    """
+    rows = _Rows.of(boards)
+    if rows.lines.min() < FEWEST_LINES or rows.astray(start) > MOST_ASTRAY:
+        return None
+    params, rms = start, _rms(rows.off(start))
+    # Where the farthest corner becomes another one the bound has a kink, and steps end early.
+    for _ in range(MOST_ROUNDS):
+        params = _downhill(rows, points, params, prior, monotonic, rms)
+        before, rms = rms, _rms(rows.off(params))
+        if rms > SETTLED * before:
+            break
+    return _as_fit(rows, params, prior.fixed), rows.line
+
+
+def _downhill(
+    rows: _Rows, points: Floats, start: Floats, prior: Prior, monotonic: float, rms: float
+) -> Floats:
+    """One run of the solver; ``rms`` px: what residuals are expected to be, for the weight of the prior."""
+    second = len(start) > 3
+
+    def bound(center: Floats) -> float:
+        """The size that lam may reach, px^-2, with this centre."""
+        farthest = (np.max(np.sum((p - center) ** 2, axis=1)) for p in (rows.corners, points))
+        return min((1 - d) / float(q) for d, q in zip(LEAST_DENOMINATORS, farthest, strict=True))
+
+    # lam and lam2 in units of that bound and its square, so that the bound is a number.
+    most = bound(start[1:3])
+    unit = 0.1 / np.sqrt(most)
+
+    def params(x: Floats) -> Floats:
+        center = start[1:3] if prior.fixed else start[1:3] + unit * x[1:3]
+        most = bound(center)
+        out = np.array([-x[0] * most, *center])
+        if second:
+            out = np.append(out, np.clip(-x[-1] * most**2, *second_range(out[0], monotonic)))
+        return out
+
+    x = np.zeros(1 + (0 if prior.fixed else 2) + second)
+    high = np.full(len(x), np.inf)
+    x[0] = -start[0] / most
+    if second:
+        x[-1] = -start[3] / most**2
+    else:
+        x[0], high[0] = min(x[0], 1 - 1e-4), 1.0
+    pull = rms * np.sqrt(len(rows.line) / rows.lines.sum())
+
+    def misfit(x: Floats) -> Floats:
+        at = params(x)
+        beliefs = np.empty(0) if prior.fixed else (at[1:3] - prior.center) / np.array(prior.spread)
+        return np.concatenate([rows.off(at), pull * beliefs])
+
+    low = np.full(len(x), -np.inf)
+    return params(least_squares(misfit, x, bounds=(low, high), x_scale="jac", max_nfev=STEPS).x)
+
+
+def _rms(off: Floats) -> float:
+    return float(np.sqrt(np.mean(off**2)))
+
+
+def _as_fit(rows: _Rows, params: Floats, fixed: bool) -> Fit:
+    """The residuals at ``params`` and their derivatives, none of which counts less than another."""
+    radius = float(np.sqrt(np.max(np.sum((rows.corners - params[1:3]) ** 2, axis=1))))
+    step = 1e-5 * np.array([radius**-2, radius, radius, radius**-4])[: len(params)]
+    free = [i for i in range(len(params)) if not (fixed and i in (1, 2))]
+    slopes = []
+    for i in free:
+        moved = np.zeros(len(params))
+        moved[i] = step[i]
+        slopes.append((rows.off(params + moved) - rows.off(params - moved)) / (2 * step[i]))
+    off = rows.off(params)
+    jacobian = np.stack(slopes, axis=1)
+    return Fit(params, off, jacobian, free, 0.0, robust_sigma(off), np.inf, np.ones(len(off)))

@@ -1,0 +1,264 @@
+"""The final fit: lines measured on profiles, told from what is no board, and fitted, in rounds.
+
+All coordinates are in square pixels. A *view* is one picture, or one field of an interlaced one: the
+views of a lens share its model, and keep their lines apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..board.crossings import corners_of
+from ..board.pattern import clear_of_corners, join_pieces, measured_once, on_board
+from ..image.edges import EdgePoints
+from ..image.picture import Grey
+from ..measure.growth import growth_columns
+from ..measure.profiles import Measured, measure, smooth_for_profiles
+from ..straightness import Floats, Labels, residuals
+from .corner_fit import fit_corners
+from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
+from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma
+
+# Lines that a fit needs at least.
+FEWEST_LINES = 3
+# The rounds: the first measures where the model says that lines run, others where they were measured. A
+# third one is for lines that the second joined from pieces.
+MOST_ROUNDS = 3
+# A fit that is not the last does with so many points: neighbours on a line tell much the same.
+ENOUGH_POINTS = 4000
+# Where averages along lines are noisier than this, px, noise is worse than what else a fitted step looks at.
+NOISY = 0.05
+# A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
+# rounds find the weights of its points, and a residual is an outlier so many times later.
+MODEL_HOLDS = 1.0
+OWN_NOISE_ROUNDS = 2
+CORRECTED_ROUNDS = 2
+CORRECTED_SOFTNESS = 2.0
+# The softness of a last fit, px, at least.
+LEAST_SOFTNESS = 0.05
+# Residuals beyond this many softnesses of the fit are none of its lines'.
+OUTLYING = 3.0
+
+
+@dataclass(frozen=True)
+class View:
+    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture."""
+
+    grey: Grey
+    edges: EdgePoints
+    picture: int = 0
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A fit with the measured points it rests on.
+
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen; ``corners``,
+    where they rather than the points told the model, the fit to them and its residuals' lines (m,).
+    """
+
+    fit: Fit
+    measured: Measured
+    view: Labels
+    board: bool
+    corners: tuple[Fit, Labels] | None = None
+
+    @property
+    def covariance(self) -> Floats:
+        """The covariance (k, k) of the model's parameters, by what told them; zeros for a given centre."""
+        fit, labels = self.corners or (self.fit, self.measured.labels)
+        full = np.zeros((len(fit.params), len(fit.params)))
+        full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
+        return full
+
+
+def fit_measured(
+    views: Sequence[View],
+    lines: Sequence[tuple[Floats, Labels]],
+    params: Floats,
+    sigma: float,
+    reach: float,
+    prior: Prior,
+    content: float,
+) -> Refined | None:
+    """Measure the lines of each view, points (n, 2) and labels (n,), and fit the model to all of them.
+
+    ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
+    """
+    smooth = [smooth_for_profiles(view.grey) for view in views]
+    noisy = False
+    for number in range(MOST_ROUNDS):
+        measured = [
+            _measured(s, *line, params, number > 0, noisy)
+            for s, line in zip(smooth, lines, strict=True)
+        ]
+        whole = [join_pieces(part) for part in measured]
+        boards = [on_board(part) for part in whole]
+        parts = [
+            part.take(measured_once(part) if board is None else board)
+            for part, board in zip(whole, boards, strict=True)
+        ]
+        everything, view_of = _joined(
+            [
+                part.take(clear_of_corners(part, board is not None))
+                for part, board in zip(parts, boards, strict=True)
+            ]
+        )
+        if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
+            return None
+        few = everything.thinned(ENOUGH_POINTS)
+        fit = _fit(few, params, reach, prior, max(0.1, sigma), content)
+        params, sigma = fit.params, fit.sigma
+        lines = [(part.points, part.labels) for part in parts]
+        if number == 0:
+            noisy = _noise(everything, fit) > NOISY
+        elif all(a is b for a, b in zip(measured, whole, strict=True)):
+            break
+    fit = _fit(everything, params, reach, prior, _softness(sigma), content)
+    on_a_board = any(board is not None for board in boards)
+    refined = Refined(fit, everything, view_of, on_a_board)
+    if on_a_board:
+        return refined
+    return replace(refined, fit=_weighted(everything, fit, reach, prior, content))
+
+
+def _noise(m: Measured, fit: Fit) -> float:
+    off = residuals(m.points, m.labels, fit.params, sides=m.sides)
+    return misfit(off, m.labels, OUTLYING * fit.softness).noise
+
+
+def departure_from_model(fit: Fit, labels: Labels) -> Misfit:
+    """How far lines, labels (n,) of the fit's points, stay bent, and how noisy they are."""
+    return misfit(fit.residuals, labels, OUTLYING * fit.softness)
+
+
+def departs(refined: Refined) -> bool:
+    """Whether a board's lines stay bent by more than noise explains: the lens is none of the model's.
+
+    Without a board's crossings to hold them to, a model with more freedom finds lines in anything.
+    """
+    ratio = departure_from_model(refined.fit, refined.measured.labels).ratio
+    return refined.board and ratio >= MODEL_HOLDS
+
+
+def fit_again(
+    refined: Refined, start: Floats, reach: float, prior: Prior, content: float
+) -> Refined:
+    """Fit another model, from ``start``, to lines that are measured already."""
+    fit = replace(refined.fit, params=start)
+    for _ in range(2):  # the first time the softness is that of another model
+        softness = _softness(fit.sigma)
+        fit = _fit(refined.measured, fit.params, reach, prior, softness, content)
+    return replace(refined, fit=fit)
+
+
+def _softness(sigma: float) -> float:
+    """The softness of a fit whose residuals are known to lie within ``sigma`` px or so."""
+    return max(LEAST_SOFTNESS, 2 * sigma)
+
+
+def straightened(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
+    """Fit a lens that departs from the model again: by straightness in the corrected picture."""
+    fit, m = refined.fit, refined.measured
+    views = range(int(refined.view.max()) + 1)
+    boards = [corners_of(m.take(refined.view == view)) for view in views]
+    corners = fit_corners(boards, m.points, fit.params, prior, content)
+    if corners is not None:
+        seen = _fit(m, corners[0].params, reach, prior, fit.softness, content, held=True)
+        return replace(refined, fit=seen, corners=corners)
+    return replace(refined, fit=_magnified(m, fit, reach, prior, content))
+
+
+def _weighted(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit lines of no board again: by magnification where the lens departs, else with each line's own noise.
+
+    The lines of a board share their noise; other straight things are edges of all kinds.
+    """
+    if departure_from_model(fit, m.labels).ratio >= MODEL_HOLDS:
+        return _magnified(m, fit, reach, prior, content)
+    for _ in range(OWN_NOISE_ROUNDS):
+        trust = trust_by_line(fit.residuals, m.labels)
+        fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
+    return fit
+
+
+def _magnified(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit points again with weights that make straight what the corrected picture magnifies."""
+    ratio = departure_from_model(fit, m.labels).ratio
+    softness = CORRECTED_SOFTNESS * fit.softness
+    for part in (m.thinned(ENOUGH_POINTS),) * CORRECTED_ROUNDS + (m,):
+        trust = trust_by_magnification(part.points, part.labels, fit.params, ratio)
+        fit = _fit(part, fit.params, reach, prior, softness, content, trust)
+    return fit
+
+
+def _fit(
+    m: Measured,
+    start: Floats,
+    reach: float,
+    prior: Prior,
+    softness: float,
+    content: float,
+    trust: Floats | None = None,
+    held: bool = False,
+) -> Fit:
+    growth = growth_columns(m.sides, m.levels, m.labels)
+    return fit_model(
+        m.points,
+        m.labels,
+        start,
+        reach,
+        prior,
+        softness,
+        m.sides,
+        growth,
+        monotonic=content,
+        trust=trust,
+        held=held,
+    )
+
+
+def misfit_of_views(
+    refined: Refined, reach: float, prior: Prior, content: float, floor: float
+) -> list[float]:
+    """For each view, its robust residual under the common model over that under one of its own.
+
+    Residuals of less than ``floor`` px count as that.
+    """
+    out = []
+    for view in range(int(refined.view.max()) + 1):
+        own = refined.view == view
+        if not own.any():
+            out.append(1.0)
+            continue
+        fit, m = refined.fit, refined.measured.take(own)
+        alone = _fit(m, fit.params, reach, prior, fit.softness, content)
+        out.append(max(robust_sigma(fit.residuals[own]), floor) / max(alone.sigma, floor))
+    return out
+
+
+def _measured(
+    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool, steps: bool
+) -> Measured:
+    if len(points) == 0:
+        return Measured.none()
+    measured = measure(smooth, points, labels, params, follow, steps)
+    return measured.take(np.ones(len(measured.points), bool))
+
+
+def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:
+    count = 0
+    labels = []
+    for part in parts:
+        labels.append(part.labels + count)
+        count += int(part.labels.max()) + 1 if len(part.labels) else 0
+    joined = Measured(
+        np.concatenate([p.points for p in parts]),
+        np.concatenate(labels),
+        np.concatenate([p.sides for p in parts]),
+        np.concatenate([p.levels for p in parts]),
+    )
+    return joined, np.repeat(np.arange(len(parts)), [len(p.points) for p in parts])

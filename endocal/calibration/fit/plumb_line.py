@@ -1,0 +1,184 @@
+"""The plumb-line fit: the model under which grouped points are straightest (Brown 1971; Devernay 2001)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
+
+# How far bright areas may seem to grow, px by unit of a column: one standard deviation of what is believed
+# beforehand.
+GROWTH_SPREAD = 0.5
+# Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
+LAMBDA_RANGE = (-3.0, 2.0)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is believed of the distortion centre before any line is seen: (x, y) and its spread, px.
+
+    A spread of 0 keeps the centre where it is.
+    """
+
+    center: tuple[float, float]
+    spread: tuple[float, float]
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the centre is given rather than sought."""
+        return max(self.spread) == 0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit of (lam, cx, cy[, lam2]).
+
+    ``residuals`` (m,) px; ``jacobian`` (m, k + g): theirs by the parameters that were free, whose places in
+    the vector are ``free``, k of them, and by the columns of growth, whose information beforehand is
+    ``belief``; ``sigma`` px: the robust standard deviation; ``softness`` px, ``trust`` (m,): see fit_model.
+    """
+
+    params: Floats
+    residuals: Floats
+    jacobian: Floats
+    free: list[int]
+    belief: float
+    sigma: float
+    softness: float
+    trust: Floats
+
+
+def robust_sigma(values: Floats) -> float:
+    """The standard deviation of the bulk of ``values``, from their median size."""
+    return float(np.median(np.abs(values))) / 0.6745
+
+
+def fit_model(
+    points: Floats,
+    labels: Labels,
+    start: Floats,
+    radius: float,
+    prior: Prior,
+    softness: float,
+    sides: Floats | None = None,
+    growth: Floats | None = None,
+    rounds: int = 30,
+    monotonic: float = 0.0,
+    trust: Floats | None = None,
+    held: bool = False,
+) -> Fit:
+    """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
+
+    ``radius`` px is the length by which the parameters are scaled; residuals beyond ``softness`` px count
+    ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
+    leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
+    from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines. The
+    two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
+    the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted.
+    """
+    trust = np.ones(len(points)) if trust is None else trust
+    root = np.sqrt(trust)
+    free = [i for i in range(len(start)) if not (held or (prior.fixed and i in (1, 2)))]
+    unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
+    pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
+    weights = trust
+    columns = np.empty((len(points), 0)) if growth is None else growth
+
+    def params(x: Floats) -> Floats:
+        out = start.copy()
+        out[free] += x[: len(free)] * unit
+        if len(out) > 3 and monotonic > 0:
+            out[3] = np.clip(out[3], *second_range(out[0], monotonic))
+        return out
+
+    def misfit(x: Floats) -> Floats:
+        at = params(x)
+        grown = x[len(free) :]
+        beliefs = list(grown / GROWTH_SPREAD)
+        if not prior.fixed:
+            beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
+        r = residuals(points, labels, at, weights, sides, columns @ grown if len(grown) else None)
+        return np.concatenate([root * r, pull * np.array(beliefs)])
+
+    n = len(points)
+    x = np.zeros(len(free) + columns.shape[1])
+    weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
+    if len(x):
+        x = least_squares(
+            misfit,
+            x,
+            method="trf",
+            loss="cauchy",
+            f_scale=softness,
+            x_scale="jac",
+            bounds=_bounds(start[free] / unit, len(x)),
+            xtol=1e-7,
+            ftol=1e-9,
+            max_nfev=rounds,
+        ).x
+    r = misfit(x)[:n] / root
+    # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
+    slopes = np.array([_slope(misfit, x, i)[:n] / root for i in range(len(x))]).reshape(len(x), n)
+    plain = slopes.T / np.append(unit, np.ones(columns.shape[1]))
+    belief = (pull / GROWTH_SPREAD) ** 2
+    return Fit(params(x), r, plain, free, belief, robust_sigma(r), softness, trust)
+
+
+def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
+    """Bounds of the solver's variables, steps in units from ``start``: those of lambda."""
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    if len(start) == 0:
+        return low, high
+    low[0], high[0] = LAMBDA_RANGE[0] - start[0], LAMBDA_RANGE[1] - start[0]
+    return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
+
+
+def second_range(lam: float, radius: float) -> tuple[float, float]:
+    """The range of lam2 in which 1 + lam q + lam2 q^2 and 1 - lam q - 3 lam2 q^2 stay positive.
+
+    That is, in which the map is positive and monotonic for q up to ``radius`` squared.
+    """
+    q = (radius * np.linspace(0.1, 1, 64)) ** 2
+    low = (LEAST_DENOMINATOR - 1 - lam * q) / q**2
+    high = (1 - LEAST_DENOMINATOR - lam * q) / (3 * q**2)
+    return float(low.max()), float(high.min())
+
+
+def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: ignore[no-untyped-def]
+    ahead, behind = x.copy(), x.copy()
+    ahead[i] += step
+    behind[i] -= step
+    return (function(ahead) - function(behind)) / (2 * step)
+
+
+def covariance(fit: Fit, labels: Labels) -> Floats:
+    """The covariance (k, k) of the free parameters; residuals of one line may be correlated at will.
+
+    The sandwich estimator of a robust fit, clustered by lines, each line's influence enlarged by its own
+    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002). What is not known of the growth counts.
+    """
+    count = int(labels.max()) + 1
+    # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
+    root = np.sqrt(fit.trust)
+    unit = np.maximum(np.abs(fit.jacobian).max(axis=0), 1e-100)
+    j = root[:, None] * fit.jacobian / unit
+    weighted = root * fit.residuals
+    size = (weighted / fit.softness) ** 2
+    influence = weighted / (1 + size)
+    curvature = (1 - size) / (1 + size) ** 2
+    k = j.shape[1]
+    scores = np.stack([np.bincount(labels, influence * j[:, i], count) for i in range(k)], axis=1)
+    information = np.empty((count, k, k))
+    for a in range(k):
+        for b in range(k):
+            information[:, a, b] = np.bincount(labels, curvature * j[:, a] * j[:, b], count)
+    free = len(fit.free)
+    belief = np.diag(np.where(np.arange(k) < free, 0.0, fit.belief / unit**2))
+    inverse = np.linalg.pinv(information.sum(axis=0) + belief)
+    left_out = np.eye(k) - information @ inverse
+    enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[..., None])[..., 0]
+    whole = inverse @ (enlarged.T @ enlarged) @ inverse / np.outer(unit, unit)
+    return np.asarray(whole[:free, :free])

@@ -1,0 +1,133 @@
+"""Hough entropy with the undistorted gradient, HEwG (Lee et al. 2013, eq. 2-9), over grids of models.
+
+With d the offset of an edge point from the centre and g its unit gradient, both as complex numbers,
+z = d conj(g) = D + i C, eq. 4 and 7 shorten to
+
+    phi = phi_g + arg(1 + lam z^2)                       the direction of the line's normal
+    r   = D / |1 + lam z^2|                              its distance from the centre
+
+so that all but an arc tangent and a square root a point is shared by the models of one centre. Of g and -g
+one is taken before any model (see ``Voters``), so that a line has one cell, not two.
+
+The cells of r grow with the model's magnification over the points: of a fixed size, those of a model that
+shrinks the picture gather the votes that noise has scattered, and lambda comes out some per cent too weak.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..straightness import LEAST_DENOMINATOR, Floats
+from .settled import settled
+from .tally import Tally, gains_of
+from .votes import Around, Cells, Room, Voters
+
+# The magnification is that over so many of the points, drawn evenly.
+SAMPLES = 128
+# Votes that are counted at once: the arrays of a block stay in a processor's cache.
+BLOCK = 65_536
+# What a block's models share is worked out for several blocks, up to so many numbers an array.
+SHARED = 24_576
+# Models are parted where they have more votes than this to count, and at least this share settled.
+MANY_VOTES = 1 << 20
+WORTH_PARTING = 0.1
+
+
+def hewg(voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> Floats:
+    """Return the entropy (eq. 6) for every combination: (len(lams), len(xs), len(ys)).
+
+    ``lams`` px^-2; ``xs`` and ``ys`` the centre's coordinates, px. A point that a model cannot undistort
+    votes for a cell of its own, so that entropies of different models compare.
+    """
+    models = _Models.of(voters, lams, xs, ys)
+    room = Room(max(BLOCK, len(voters)))
+    out = np.empty(models.magnifications.shape)
+    _fill(out, voters, models, np.empty(0, np.int32), gains_of(len(voters)), room)
+    return out.transpose(2, 0, 1)
+
+
+def magnification(squares: NDArray[np.floating], lams: Floats) -> Floats:
+    """Return by how much models magnify lengths, (..., len(lams)), on (geometric) average over points.
+
+    ``squares`` (..., n) are the points' squared distances from the centre, px^2; of them SAMPLES or so
+    count. The area around a point grows by (1 - lam r^2) / (1 + lam r^2)^3, the determinant of eq. 4's
+    Jacobian.
+    """
+    some = squares[..., None, :: max(1, squares.shape[-1] // SAMPLES)]
+    bent = some.astype(np.float64) * lams[:, None]
+    shrunk = np.maximum(1 + bent, LEAST_DENOMINATOR)
+    np.subtract(1, bent, out=bent)
+    np.maximum(bent, LEAST_DENOMINATOR, out=bent)
+    bent /= shrunk * shrunk * shrunk
+    # The logarithm of a few points' product is as good as their logarithms, and much faster.
+    n = bent.shape[-1]
+    products = np.multiply.reduceat(bent, np.arange(0, n, 16), axis=-1)
+    return np.asarray(np.exp(np.log(products).sum(axis=-1) / (2 * n)))
+
+
+@dataclass(frozen=True)
+class _Models:
+    """The models of a grid: each axis, and what they magnify by, (len(xs), len(ys), len(lams))."""
+
+    xs: Floats
+    ys: Floats
+    lams: Floats
+    magnifications: Floats
+
+    @classmethod
+    def of(cls, voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> _Models:
+        some = voters.only(slice(None, None, max(1, len(voters) // SAMPLES)))
+        rows = (Around.of(some, np.full(len(ys), x), ys).square[:, 0] for x in xs)
+        return cls(xs, ys, lams, np.stack([magnification(row, lams) for row in rows]))
+
+    def part(self, at: tuple[slice, ...]) -> _Models:
+        """Those at some places of the grid, along x, y and lam."""
+        x, y, lam = at
+        return _Models(self.xs[x], self.ys[y], self.lams[lam], self.magnifications[at])
+
+
+def _fill(
+    out: Floats, voters: Voters, models: _Models, before: Cells, gains: Floats, room: Room
+) -> None:
+    """Set ``out``, (len(xs), len(ys), len(lams)), given the votes in cells ``before`` of settled others."""
+    sure, cells = settled(voters, models.lams, models.xs, models.ys, models.magnifications)
+    before = np.concatenate([before, cells])
+    share = len(cells) / len(voters)
+    voters = voters.only(np.flatnonzero(~sure))
+    if len(voters) * out.size > MANY_VOTES and share >= WORTH_PARTING:
+        halves = [(slice(n // 2), slice(n // 2, n)) if n > 1 else (slice(n),) for n in out.shape]
+        for at in product(*halves):
+            _fill(out[at], voters, models.part(at), before, gains, room)
+    elif len(voters):
+        _count(out, voters, models, Tally(gains, before), room)
+    else:
+        out[...] = Tally(gains, before).entropy
+
+
+def _count(out: Floats, voters: Voters, models: _Models, tally: Tally, room: Room) -> None:
+    """Set ``out``, as ``_fill`` does, by the votes of ``voters`` and those that are in the tally."""
+    n = len(voters)
+    xs, ys = np.repeat(models.xs, len(models.ys)), np.tile(models.ys, len(models.xs))
+    magnifications = models.magnifications.reshape(len(xs), -1)
+    entropies = np.empty(magnifications.shape)
+    # As many values of lambda to a block as go into it, or all and as many centres.
+    most = max(1, BLOCK // n)
+    lams = -(-len(models.lams) // -(-len(models.lams) // most))
+    centers = max(1, most // len(models.lams))
+    together = max(1, SHARED // n // centers) * centers
+    # What has no place past a fold may well be infinite.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for i in range(0, len(xs), together):
+            around = Around.of(voters, xs[i : i + together], ys[i : i + together])
+            starts = range(0, len(around.offset), centers), range(0, len(models.lams), lams)
+            for j, k in product(*starts):
+                part = around.some(slice(j, j + centers))
+                at = slice(i + j, i + j + len(part.offset)), slice(k, k + lams)
+                cells = part.cells(models.lams[at[1]], magnifications[at], room)
+                found = tally.entropies(cells.reshape(-1, cells.shape[-1]), room)
+                entropies[at] = found.reshape(cells.shape[:2])
+    out[...] = entropies.reshape(out.shape)

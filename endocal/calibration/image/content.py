@@ -1,0 +1,65 @@
+"""Where the scene is: inside the visible circle, off the frame's border and the dark surround."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ...boundary.circle import Boundary
+from .picture import Grey, Mask
+
+# The rim is a wide, soft edge: what lies within this share of the short side, in px, is left out.
+RIM_MARGIN = 0.015
+# Sensors and recorders spoil the last pixels of a frame.
+FRAME_MARGIN = 6
+# Darker than this share of the way from black to bright, and joined to a corner of the frame: surround. A
+# circle leaves the corners dark; the dark parts of a pattern end at the frame's sides, hardly ever there.
+SURROUND_LEVEL = 0.05
+# What counts as a corner, as a share of the sides.
+CORNER = 0.02
+
+
+def content_mask(
+    grey: Grey,
+    boundary: Boundary | None,
+    pixel_aspect: float = 1.0,
+    roi: tuple[int, int, int, int] | None = None,
+) -> Mask:
+    """Return the (h, w) mask of pixels where an edge belongs to the scene.
+
+    ``roi`` is (x, y, width, height) in px; ``pixel_aspect`` a pixel's width over its height.
+    """
+    h, w = grey.shape
+    margin = max(4, round(RIM_MARGIN * min(h, w)))
+    mask = _off_surround(grey, margin)
+    if boundary is not None:
+        y, x = np.ogrid[:h, :w]
+        dx = (x - boundary.center[0]) * pixel_aspect
+        reach = max(0.0, boundary.diameter / 2 - margin)
+        mask &= dx**2 + (y - boundary.center[1]) ** 2 < reach**2
+    border = np.zeros_like(mask)
+    border[FRAME_MARGIN:-FRAME_MARGIN, FRAME_MARGIN:-FRAME_MARGIN] = True
+    mask &= border
+    if roi is not None:
+        x0, y0, width, height = roi
+        inside = np.zeros_like(mask)
+        inside[y0 : y0 + height, x0 : x0 + width] = True
+        mask &= inside
+    return mask
+
+
+def _off_surround(grey: Grey, margin: int) -> Mask:
+    """Everything at least ``margin`` px away from the dark that touches a corner of the frame."""
+    smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
+    black, bright = np.quantile(smooth[::4, ::4], [0.005, 0.95])
+    dark = (smooth < black + max(4.0, SURROUND_LEVEL * (bright - black))).astype(np.uint8)
+    _, labels = cv2.connectedComponents(dark, connectivity=4)
+    high, wide = (max(2, round(CORNER * side)) for side in grey.shape)
+    ends = np.concatenate([labels[:high], labels[-high:]])
+    touching = np.zeros(int(labels.max()) + 1, bool)
+    touching[np.unique(np.concatenate([ends[:, :wide], ends[:, -wide:]]))] = True
+    touching[0] = False
+    surround: NDArray[np.uint8] = touching[labels].astype(np.uint8)
+    distance = cv2.distanceTransform(1 - surround, cv2.DIST_L2, 3)
+    return np.asarray(distance > margin, bool)

@@ -1,0 +1,139 @@
+"""Edges measured again, to sub-pixel, on profiles across the lines that a model predicts.
+
+A line of a chessboard changes sides at every crossing. Its edge point on a profile across the *line* stays
+unbiased there, where the gradient of the blurred crossing turns away from the line's normal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..image.picture import Grey
+from ..image.sampling import sample
+from ..straightness import Floats, Labels
+from .courses import Courses, courses
+from .step_edge import WIDEST, Steps, fit_steps
+
+# Smoothing of the picture before profiles are taken, px (sigma). And how many neighbouring profiles along a
+# line are averaged, with sign.
+SMOOTHING = 1.2
+NEIGHBORS = 5
+# Where a model says that a line runs, its edge is sought up to so many px to both sides.
+REACH = 3
+# A profile counts where its edge has this share of the line's usual strength, this quantile: it has less near
+# a crossing, and none between the ends of bars.
+LEAST_STRENGTH, USUAL = 0.4, 0.75
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Edge points in order along their lines.
+
+    ``points`` (n, 2) px; ``labels`` (n,) of their lines; ``sides`` (n,), +1 where the left is bright as one
+    goes along the line, -1 where the right is; ``levels`` (n, 2), grey levels of the dark and bright side.
+    """
+
+    points: Floats
+    labels: Labels
+    sides: Floats
+    levels: Floats
+
+    @classmethod
+    def none(cls) -> Measured:
+        """No point at all."""
+        return cls(np.empty((0, 2)), np.empty(0, np.intp), np.empty(0), np.empty((0, 2)))
+
+    def take(self, chosen: NDArray[np.bool_]) -> Measured:
+        """Return some of the points, by mask, with labels renumbered from 0."""
+        labels = np.unique(self.labels[chosen], return_inverse=True)[1].astype(np.intp)
+        return Measured(self.points[chosen], labels, self.sides[chosen], self.levels[chosen])
+
+    def thinned(self, most: int) -> Measured:
+        """Return every second, third, … point, so that about ``most`` remain."""
+        step = len(self.points) // most
+        if step < 2:
+            return self
+        return self.take(np.arange(len(self.points)) % step == 0)
+
+
+def smooth_for_profiles(grey: Grey) -> Grey:
+    """The picture that ``measure`` samples."""
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), SMOOTHING, borderType=cv2.BORDER_REPLICATE))
+
+
+def measure(
+    smooth: Grey,
+    points: Floats,
+    labels: Labels,
+    params: Floats,
+    follow: bool = False,
+    steps: bool = False,
+) -> Measured:
+    """Measure the lines through ``points`` (n, 2) with ``labels`` (n,) again, one profile a pixel.
+
+    An edge is the steepest place near where ``params`` (lam, cx, cy[, lam2]) says that a line runs; with
+    ``follow``, near where its points run, if they are known to a pixel; with ``steps``, too, it is a step
+    fitted there: noise moves that less, but it looks at more of what lies around.
+    """
+    along = courses(points, labels, params, follow)
+    reach = WIDEST if steps else REACH + 1
+    offsets = np.arange(-reach, reach + 1, dtype=np.float64)
+    seen = sample(smooth, along.at[:, None] + offsets[:, None] * along.normals[:, None])
+    levels = _average_along(seen, along.owner)
+    edges = fit_steps(levels, along.owner) if steps else _steepest(levels)
+    strength = np.abs(edges.heights)
+    usual = _usual(strength, along.owner, int(labels.max()) + 1)
+    good = edges.near & (strength > LEAST_STRENGTH * usual[along.owner])
+    good &= _inside(along, edges.reach, smooth)
+    rows, looked = np.flatnonzero(good), edges.reach[good]
+    ends = np.stack([levels[rows, reach - looked], levels[rows, reach + looked]], axis=1)
+    points = along.at[good] + edges.offsets[good, None] * along.normals[good]
+    sides = np.sign(edges.heights[good])
+    return Measured(points, along.owner[good], sides, np.sort(ends, axis=1))
+
+
+def _steepest(levels: Floats) -> Steps:
+    """The steepest places of profiles, and their slopes."""
+    across = (levels[:, 2:] - levels[:, :-2]) / 2
+    index, rows = np.abs(across).argmax(axis=1), np.arange(len(across))
+    near = (index > 0) & (index < 2 * REACH)
+    index = np.clip(index, 1, 2 * REACH - 1)
+    peak, before, after = across[rows, index], across[rows, index - 1], across[rows, index + 1]
+    top = before - 2 * peak + after
+    shift = (before - after) / 2 / np.where(np.abs(top) < 1e-6, 1e-6, top)
+    offsets = index - REACH + np.clip(shift, -0.75, 0.75)
+    return Steps(offsets, peak, near, np.full(len(rows), REACH + 1))
+
+
+def _inside(along: Courses, looked: Labels, smooth: Grey) -> NDArray[np.bool_]:
+    """Which places lie so far inside the picture that all of their profile does."""
+    h, w = smooth.shape
+    reach = looked[:, None] * np.abs(along.normals)
+    return np.asarray(
+        ((along.at >= reach) & (along.at <= np.array([w - 1, h - 1]) - reach)).all(axis=1)
+    )
+
+
+def _usual(values: Floats, owner: Labels, count: int) -> Floats:
+    """The upper quartile of each owner's values, 0 for one that has none: a row of bars has many gaps."""
+    return np.array(
+        [np.quantile(values[owner == i], USUAL) if np.any(owner == i) else 0 for i in range(count)]
+    )
+
+
+def _average_along(across: NDArray[np.floating], owner: Labels) -> Floats:
+    """Average each profile with its neighbours on the same line."""
+    half = NEIGHBORS // 2
+    total = across.astype(np.float64)
+    number = np.ones((len(across), 1))
+    for step in range(1, half + 1):
+        same = (owner[step:] == owner[:-step])[:, None]
+        total[step:] += np.where(same, across[:-step], 0)
+        total[:-step] += np.where(same, across[step:], 0)
+        number[step:] += same
+        number[:-step] += same
+    return total / number

@@ -1,0 +1,83 @@
+"""What of the measured lines is the pattern, where its corners are kept clear of, and what is found twice."""
+
+import numpy as np
+
+from endocal.calibration.board.pattern import clear_of_corners, measured_once, merge_twins, on_board
+from endocal.calibration.measure.profiles import Measured
+
+from ..scenes import TRUTH, grid, line_points
+
+
+def test_a_line_split_in_two_is_one_again() -> None:
+    points, labels, _ = line_points(TRUTH, count=8)
+    split = np.where((labels == 3) & (np.arange(len(labels)) % 2 == 0), 8, labels)
+    merged = merge_twins(points, split, TRUTH, distance=1.0)
+    assert len(np.unique(merged)) == 8
+    assert len(np.unique(merged[labels == 3])) == 1
+
+
+def test_the_board_is_what_crossings_connect() -> None:
+    measured = grid(8)
+    board = on_board(measured)
+    assert board is not None
+    assert not board[measured.labels == measured.labels.max()].any()
+    assert board[measured.labels < measured.labels.max()].all()
+
+
+def test_no_board_among_lines_that_do_not_cross() -> None:
+    measured = grid(8)
+    across = measured.labels % 2 == 0
+    assert on_board(measured.take(across)) is None
+    assert on_board(Measured.none()) is None
+
+
+def test_points_next_to_a_crossing_or_a_corner_are_left_out() -> None:
+    """Runs are cut where their line goes on with the other side bright, and where they end."""
+    measured = grid(8)
+    assert clear_of_corners(measured, board=True)[measured.labels == measured.labels.max()].all()
+    clear = clear_of_corners(measured, board=False)
+    for line in range(4, 8):
+        own = measured.labels == line
+        axis = int(np.ptp(measured.points[own][:, 1]) > np.ptp(measured.points[own][:, 0]))
+        along = measured.points[own][:, axis]
+        from_corner = np.abs((along + 10) % 20 - 10)
+        inner = (along > 10) & (along < 150)
+        assert (from_corner[inner & clear[own]] > 4).all()
+        assert not clear[own][along < along.min() + 4].any()
+        assert np.count_nonzero(clear[own]) > 0.5 * np.count_nonzero(own)
+    stray = clear[measured.labels == measured.labels.max()]
+    assert stray[6:-6].all(), "it never changes sides"
+    assert not stray[:4].any()
+    assert clear_of_corners(Measured.none(), False).shape == (0,)
+
+
+def test_the_ends_of_bars_are_told_by_their_middles() -> None:
+    """A row of the ends of bars: edges with gaps between them, each of which turns a corner at both ends."""
+    x = np.concatenate([np.arange(s, s + 20.0) for s in range(0, 200, 40)])
+    row = Measured(
+        np.stack([x, np.zeros_like(x)], axis=1),
+        np.zeros(len(x), np.intp),
+        np.ones(len(x)),
+        np.tile([20.0, 200.0], (len(x), 1)),
+    )
+    kept = x[clear_of_corners(row, board=False)] % 40
+    assert kept.min() >= 5
+    assert kept.max() <= 14
+    assert len(kept) == 5 * 10
+
+
+def test_a_line_found_again_counts_once() -> None:
+    measured = grid(8)
+    own = np.flatnonzero(measured.labels == 4)
+    again = own[len(own) // 4 : len(own) // 2]
+    count = int(measured.labels.max()) + 1
+    twice = Measured(
+        np.concatenate([measured.points, measured.points[again] + 0.4]),
+        np.concatenate([measured.labels, np.full(len(again), count)]),
+        np.concatenate([measured.sides, measured.sides[again]]),
+        np.concatenate([measured.levels, measured.levels[again]]),
+    )
+    once = measured_once(twice)
+    assert once[: len(measured.points)].all(), "the longer line, and lines that only cross it, stay"
+    assert not once[len(measured.points) :].any()
+    assert measured_once(Measured.none()).shape == (0,)

@@ -1,0 +1,129 @@
+"""The fit by straightness in the corrected picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from endocal.benchmarks.corner_score import straightness
+from endocal.calibration.board.lifted import Corners
+from endocal.calibration.fit.corner_fit import LEAST_DENOMINATORS, fit_corners
+from endocal.calibration.fit.plumb_line import Prior, covariance
+from endocal.model import DivisionModel
+from endocal.synth.board import BoardScene, true_corners
+from endocal.synth.fisheye import Fisheye
+from endocal.synth.pattern import Pattern, Pose
+
+SIZE, CENTER = (748, 480), (380.0, 236.0)
+PRIOR = Prior(((SIZE[0] - 1) / 2, (SIZE[1] - 1) / 2), (37.0, 24.0))
+FISHEYE = Fisheye("equisolid", 200.0, CENTER, SIZE)
+START = np.array([-7e-6, 374.0, 240.0])
+
+
+def seen(lens: DivisionModel | Fisheye, at: tuple[float, float] = (330.0, 260.0)) -> np.ndarray:
+    """The corners (rows, cols, 2) px of a near, tilted board through a lens."""
+    pose = Pose(at, 40.0, tilt=35, tilt_axis=20, rotation=8, focal=200.0)
+    return true_corners(BoardScene(lens, Pattern(cols=10, rows=8), pose))[0]
+
+
+def board(corners: np.ndarray) -> Corners:
+    """The same, in any order."""
+    rows, cols = np.indices(corners.shape[:2])
+    order = np.random.default_rng(0).permutation(rows.size)
+    places = np.stack([rows.ravel(), cols.ravel()], axis=1)
+    return Corners(corners.reshape(-1, 2)[order], places[order] - 3)
+
+
+def model_of(params: np.ndarray) -> DivisionModel:
+    lam2 = params[3] if len(params) > 3 else 0.0
+    return DivisionModel(params[0], tuple(params[1:3]), SIZE, lam2=lam2)
+
+
+def test_a_lens_of_the_model_is_found() -> None:
+    truth = np.array([-8e-6, *CENTER])
+    corners = seen(model_of(truth))
+    prior = Prior(CENTER, PRIOR.spread)
+    found = fit_corners([board(corners)], corners.reshape(-1, 2), START, prior, 0.0)
+    assert found is not None
+    np.testing.assert_allclose(found[0].params, truth, rtol=1e-5)
+    assert found[0].residuals.shape == found[1].shape == (2 * 63,)
+
+
+@pytest.mark.parametrize("second", [False, True], ids=["division", "division2"])
+def test_another_lens_is_made_as_straight_as_the_model_can(second: bool) -> None:
+    """No simplex from there finds a model that makes the corners straighter, as others score it."""
+    corners = seen(FISHEYE)
+    reach = float(np.linalg.norm(corners - CENTER, axis=-1).max())
+    start = np.append(START, 0.0) if second else START
+    found = fit_corners([board(corners)], corners.reshape(-1, 2), start, PRIOR, 1.1 * reach)
+    assert found is not None
+    params, unit = found[0].params, np.array([1e-6, 10, 10, 1e-11])[: len(start)]
+    mine = straightness(corners, model_of(params))
+    best = minimize(
+        lambda x: straightness(corners, model_of(params + unit * x)), 0 * unit, method="Nelder-Mead"
+    )
+    assert mine < straightness(corners, model_of(start))
+    # The belief about the centre weighs as one line of seventeen.
+    assert mine < 1.03 * best.fun
+    assert mine > 0.1 or second, "the lens must depart from the model for this to tell"
+    # What it says of itself is that figure.
+    assert np.sqrt(np.mean(found[0].residuals ** 2)) == pytest.approx(mine, rel=1e-6)
+
+
+def test_no_corner_and_no_point_is_sent_to_the_pole() -> None:
+    """A board up to the rim of a lens that the model cannot follow leads there: the bounds hold."""
+    lens = Fisheye("orthographic", 240.0, CENTER, SIZE)
+    corners = seen(lens, at=(240.0, 260.0))
+    assert np.isfinite(corners).all()
+    ends = corners.reshape(-1, 2) + 0.03 * (corners.reshape(-1, 2) - CENTER)
+    found = fit_corners([board(corners)], ends, START, PRIOR, 0.0)
+    assert found is not None
+    for points, least in (
+        (corners.reshape(-1, 2), LEAST_DENOMINATORS[0]),
+        (ends, LEAST_DENOMINATORS[1]),
+    ):
+        q = ((points - found[0].params[1:3]) ** 2).sum(axis=1)
+        assert 1 + found[0].params[0] * q.max() >= least - 1e-9
+    assert np.isfinite(straightness(corners, model_of(found[0].params)))
+
+
+def test_two_boards_weigh_alike() -> None:
+    rng = np.random.default_rng(4)
+    one, two = (
+        seen(FISHEYE, at) + rng.normal(0, 0.1, (7, 9, 2)) for at in ((330.0, 260.0), (420.0, 215.0))
+    )
+    points = np.concatenate([one.reshape(-1, 2), two.reshape(-1, 2)])
+    joint = fit_corners([board(one), board(two)], points, START, PRIOR, 0.0)
+    assert joint is not None
+    score = [straightness(c, model_of(joint[0].params)) for c in (one, two)]
+    assert np.sqrt(np.mean(joint[0].residuals ** 2)) == pytest.approx(np.hypot(*score) / np.sqrt(2))
+    assert (np.diag(covariance(*joint)) > 0).all()
+
+
+def test_a_given_centre_stays() -> None:
+    corners = seen(FISHEYE)
+    given = Prior((385.0, 240.0), (0.0, 0.0))
+    start = np.array([START[0], 385.0, 240.0])
+    found = fit_corners([board(corners)], corners.reshape(-1, 2), start, given, 0.0)
+    assert found is not None
+    assert found[0].params[1:].tolist() == [385.0, 240.0]
+    assert found[0].free == [0]
+    assert found[0].params[0] != START[0]
+
+
+def test_corners_with_wrong_numbers_tell_nothing() -> None:
+    """A lattice that takes one row's corners for another's is no evidence of a lens."""
+    corners = seen(FISHEYE)
+    mixed = corners.copy()
+    mixed[2, 5:], mixed[3, 5:] = corners[3, 5:], corners[2, 5:]
+    for grid, usable in ((corners, True), (mixed, False)):
+        found = fit_corners([board(grid)], corners.reshape(-1, 2), START, PRIOR, 0.0)
+        assert (found is not None) == usable
+
+
+def test_too_few_rows_and_columns_tell_nothing() -> None:
+    corners = seen(FISHEYE)[:2, :3]
+    assert fit_corners([board(corners)], corners.reshape(-1, 2), START, PRIOR, 0.0) is None
+    whole, nothing = board(seen(FISHEYE)), Corners(np.empty((0, 2)), np.empty((0, 2), np.intp))
+    assert fit_corners([whole, nothing], whole.points, START, PRIOR, 0.0) is None
