@@ -18,6 +18,8 @@ import numpy as np
 
 from endocal.benchmarks import boundary, remap, rims, zoom
 from endocal.benchmarks.rim_frames import TROUBLES
+from endocal.zoom.follow import FollowSpec
+from endocal.zoom.table import CENTERS
 
 FIXED = 0
 
@@ -96,6 +98,17 @@ def print_clips(seed: int, seconds: float) -> list[object]:
             f"{hidden[0]:20.2%}{hidden[1]:8.2%}   worst {score.worst_error:+.2%} (frame {score.worst}),"
             f" {score.hidden} of {score.frames} out of sight ({score.sources.get('held', 0)} held), there"
             f" {doubts[0]:.1f}, {doubts[1]:.1f} times the doubt, {score.milliseconds:.2f} ms a frame"
+        )
+        found.append(score.data())
+    for center in CENTERS:
+        score, _ = zoom.follow_clip(
+            f"a loose coupler, --center {center}",
+            zoom.loose_clip(seed),
+            spec=FollowSpec(center=center),
+        )
+        tell(
+            f"  {score.name:<40}the distortion centre's error in px: median {score.visible_center[0]:.2f},"
+            f" 95 % {score.visible_center[1]:.2f}"
         )
         found.append(score.data())
     score, error = zoom.follow_clip("still", zoom.still_clip(seed))

@@ -17,10 +17,10 @@ from ..boundary.detect import boundary_of
 from ..synth.camera import Camera
 from ..synth.clip import ClipScene, clip_frames
 from ..synth.lens import ZoomLens, typical_lens
-from ..synth.motion import EyeMotion, ZoomPath
+from ..synth.motion import CouplerPlay, EyeMotion, ZoomPath
 from ..synth.objects import Instrument, MovingInstrument
 from ..synth.tissue import Organ
-from ..zoom.follow import ZoomFollower
+from ..zoom.follow import FollowSpec, ZoomFollower
 from ..zoom.table import LOOKUPS, Setting, ZoomTable
 
 SIZE = (1280, 720)
@@ -37,6 +37,7 @@ class ClipScore:
     ``visible`` and ``hidden`` count the frames whose circle reaches into the frame and those whose does
     not; the pairs are the median and the 95th percentile of lambda's relative error over each, and
     ``hidden_doubts`` of the diameter's error in stated standard deviations where the circle does not.
+    ``visible_center`` is that of the distortion centre's error, px, where it does.
     ``sources`` counts the frames by source; ``worst`` is the frame with the largest error, and
     ``milliseconds`` the processor's time per frame.
     """
@@ -46,6 +47,7 @@ class ClipScore:
     visible: int
     hidden: int
     visible_error: tuple[float, float]
+    visible_center: tuple[float, float]
     hidden_error: tuple[float, float] | None
     hidden_doubts: tuple[float, float] | None
     worst: int
@@ -102,6 +104,13 @@ def rough_clip(seed: int, seconds: float = 12.0) -> ClipScene:
     return replace(_clip(seed, path, seconds, roaming, _instruments(seed)), organs=organs)
 
 
+def loose_clip(seed: int, seconds: float = 8.0) -> ClipScene:
+    """Return a clip of a scope that wanders in its coupler by 2.5 % of the height as it zooms to 1.3x."""
+    path = ZoomPath(((0.0, 1.0), (seconds, 1.3)))
+    clip = _clip(seed, path, seconds, EyeMotion(sway=(0.03, 0.02, 0.02)), _instruments(seed))
+    return replace(clip, play=CouplerPlay((0.025 * SIZE[1], 0.015 * SIZE[1]), period=4.0))
+
+
 def still_clip(seed: int, seconds: float = 3.0, noise: float = 5.0) -> ClipScene:
     """Return a clip in which nothing moves but the noise."""
     return _clip(seed, ZoomPath(((0.0, 1.15),)), seconds, EyeMotion(), (), noise)
@@ -120,16 +129,21 @@ def table_of(lens: ZoomLens) -> ZoomTable:
     for zoom in _SETTINGS:
         model, circle = lens.model_at(zoom), lens.circle_at(zoom)
         area = boundary_of(circle.center, circle.diameter, SIZE).area
-        settings.append(Setting(model.lam, model.center, circle.diameter, area))
+        settings.append(
+            Setting(model.lam, model.center, circle.diameter, area, circle=circle.center)
+        )
     return ZoomTable(tuple(settings), SIZE)
 
 
 def follow_clip(
-    name: str, scene: ClipScene, tick: Callable[[int], None] = lambda frame: None
+    name: str,
+    scene: ClipScene,
+    tick: Callable[[int], None] = lambda frame: None,
+    spec: FollowSpec = FollowSpec(),
 ) -> tuple[ClipScore, np.ndarray]:
     """Follow a clip's zoom; returns the score and lambda's signed relative error per frame (n,)."""
-    follower = ZoomFollower(table_of(scene.lens))
-    errors, doubts, hidden, spent = [], [], [], 0.0
+    follower = ZoomFollower(table_of(scene.lens), spec)
+    errors, centers, doubts, hidden, spent = [], [], [], [], 0.0
     sources: Counter[str] = Counter()
     for frame in clip_frames(scene):
         luma = cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY)
@@ -137,6 +151,7 @@ def follow_clip(
         estimate = follower.update(np.asarray(luma, np.uint8), float(frame.time))
         spent += time.thread_time() - began
         errors.append(estimate.model.lam / frame.model.lam - 1)
+        centers.append(math.dist(estimate.model.center, frame.model.center))
         circle = frame.circle
         wrong = math.log(estimate.diameter / circle.diameter)
         doubts.append(wrong / estimate.relative_uncertainty)
@@ -151,6 +166,7 @@ def follow_clip(
         int((~out).sum()),
         int(out.sum()),
         _spread(error[~out]),
+        _spread(np.array(centers)[~out]),
         _spread(error[out]) if out.any() else None,
         _spread(np.array(doubts)[out]) if out.any() else None,
         worst,

@@ -22,10 +22,11 @@ from .search import BoundarySpec, Search
 
 
 class Located(NamedTuple):
-    """A boundary, and one standard deviation of its diameter in px."""
+    """A boundary, and one standard deviation of its diameter and of its centre, in px of the height."""
 
     boundary: Boundary
     diameter_sigma: float
+    center_sigma: float
 
 
 def find_boundary(
@@ -64,7 +65,8 @@ def locate_boundary(
     if found is None:
         return None
     rim, box = found
-    return Located(_boundary(rim.circle, box, pixel_aspect), 2 * rim.radius_sigma)
+    boundary = _boundary(rim.circle, box, pixel_aspect)
+    return Located(boundary, 2 * rim.radius_sigma, rim.center_sigma)
 
 
 def boundary_of(

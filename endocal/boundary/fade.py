@@ -117,6 +117,7 @@ def _fit_fade(
         moved,
         fitted.scale,
         fitted.radius_sigma,
+        fitted.center_sigma,
         len(seen),
         int(np.count_nonzero(is_dark)),
         len(usable),

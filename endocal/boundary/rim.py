@@ -46,6 +46,7 @@ class Rim(NamedTuple):
     circle: Circle
     scale: float  # px, robust standard deviation of the rim points about the circle
     radius_sigma: float  # px, of the radius, from that
+    center_sigma: float  # px, of the centre, likewise
     visible: int  # radii that stay in the frame
     dark: int  # of which it is dark outside
     edges: int  # of which, besides, there is a fall from content to dark
@@ -179,6 +180,7 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         moved,
         fitted.scale,
         fitted.radius_sigma,
+        fitted.center_sigma,
         DIRECTIONS if is_whole else int(np.count_nonzero(seen)),
         int(np.count_nonzero(is_dark)),
         count,

@@ -91,6 +91,14 @@ Lookup = Annotated[
         help="How a zoom table is read: auto, diameter, area.",
     ),
 ]
+Center = Annotated[
+    str,
+    _picture(
+        metavar="NAME",
+        values=choices("follow", "table"),
+        help="With a zoom table: the centre follows the visible circle (follow), or is the table's.",
+    ),
+]
 AssumeDiameter = Annotated[
     float | None,
     _picture(
@@ -129,6 +137,7 @@ def correction(
     stereo: Stereo = None,
     deinterlace: Deinterlace = "auto",
     lookup: Lookup = "auto",
+    center: Center = "follow",
     assume_diameter: AssumeDiameter = None,
     device: Device = "auto",
     codec: Codec = None,
@@ -153,6 +162,7 @@ def correction(
         "stereo": stereo,
         "deinterlace": deinterlace,
         "lookup": lookup,
+        "center": center,
         "assume_diameter": assume_diameter,
         "device": device,
         "encoder": EncoderChoice(codec, crf, preset, pix_fmt, _pairs(codec_option or [])),

@@ -153,6 +153,9 @@ def clip(
     approach: Annotated[
         float | None, _option("Part of the distance that the lens goes to the tissue and back.")
     ] = None,
+    play: Annotated[
+        float | None, _option("How far the picture wanders on the sensor, px: a loose coupler.")
+    ] = None,
     noise: Noise = None,
     sound: Annotated[str | None, _option("sweep, clicks or none.", "NAME")] = None,
     crf: Annotated[float | None, _option("Constant quality of the H.264 encoder.")] = None,
@@ -173,6 +176,7 @@ def clip(
             instruments=instruments,
             motion=motion,
             approach=approach,
+            play=play,
             sound=sound,
             crf=crf,
         ),

@@ -77,6 +77,7 @@ def _read_setting(section: Section) -> Setting:
     center = section.pair("center")
     diameter = section.number("diameter")
     area = section.number("area", None)
+    circle = section.pair("circle") if section.has("circle") else None
     source = None
     if section.has("source"):
         inner = section.section("source", section.name("source,"))
@@ -84,21 +85,25 @@ def _read_setting(section: Section) -> Setting:
         inner.close()
     section.close()
     try:
-        return Setting(lam, center, diameter, area, lam2, source)
+        return Setting(lam, center, diameter, area, lam2, source, circle)
     except InputError as error:
         raise InputError(f"{section.name(str(error))}") from None
 
 
 def _rounded(setting: Setting) -> Setting:
-    x, y = (w.rounded_place(v) for v in setting.center)
     return replace(
         setting,
         lam=w.rounded(setting.lam),
         lam2=w.rounded(setting.lam2),
-        center=(x, y),
+        center=_rounded_place(setting.center),
+        circle=None if setting.circle is None else _rounded_place(setting.circle),
         diameter=w.rounded_place(setting.diameter),
         area=None if setting.area is None else w.rounded_area(setting.area),
     )
+
+
+def _rounded_place(place: tuple[float, float]) -> tuple[float, float]:
+    return w.rounded_place(place[0]), w.rounded_place(place[1])
 
 
 def _write_setting(setting: Setting) -> list[str]:
@@ -109,6 +114,8 @@ def _write_setting(setting: Setting) -> list[str]:
         w.line("center", w.numbers(setting.center), "x, y, px"),
         w.line("diameter", w.number(setting.diameter), "of the visible circle, px"),
     ]
+    if setting.circle is not None:
+        lines.append(w.line("circle", w.numbers(setting.circle), "its centre x, y, px"))
     if setting.area is not None:
         lines.append(w.line("area", w.number(setting.area), "px^2, visible"))
     if setting.source is not None:

@@ -40,7 +40,7 @@ def correct_picture(spec: CorrectionSpec, lens: Lens, source: str | PipeInput) -
     image, lost = _decode(data, spec, name)
     size = (image.shape[1], image.shape[0])
     lens, note = fit_lens(lens, size, None, shown(spec.calibration))
-    models = model_source(lens, spec.lookup, spec.assume_diameter)
+    models = model_source(lens, spec.lookup, spec.center, spec.assume_diameter)
     model = models.model(partial(_luma, image), None)
     remapper = Remapper(
         model,

@@ -153,7 +153,13 @@ def eye_sources(
 
     return [
         model_source(
-            lens, spec.lookup, spec.assume_diameter, recorded, log, partial(look_ahead, eye)
+            lens,
+            spec.lookup,
+            spec.center,
+            spec.assume_diameter,
+            recorded,
+            log,
+            partial(look_ahead, eye),
         )
         for eye, lens in enumerate(lenses)
     ]

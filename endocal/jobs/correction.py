@@ -11,7 +11,7 @@ from ..remap.geometry import VIEWS
 from ..remap.interpolation import TAPS
 from ..video.encoder import EncoderChoice
 from ..video.live import redacted
-from ..zoom.table import LOOKUPS
+from ..zoom.table import CENTERS, LOOKUPS
 from .live_feed import Latency
 from .pipe import PIPE
 
@@ -33,7 +33,8 @@ class CorrectionSpec:
     names) where its suffix does not tell.
     ``stereo`` says that a frame holds two eyes side by side (sbs) or one below the other (tb), and
     ``right_calibration`` is then the second one's, where it has another than the first. ``lookup`` is how a
-    zoom table is read (auto, diameter, area), and ``assume_diameter``, px, of the visible circle, holds
+    zoom table is read (auto, diameter, area); with ``center`` follow the distortion centre goes with the
+    visible circle's shift, with table it does not. ``assume_diameter``, px, of the visible circle, holds
     until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of measuring the zoom (CSV or
     JSON lines). ``allow_protocols`` names the protocols that an input may open besides its own file.
     ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and leaves frames out rather
@@ -57,6 +58,7 @@ class CorrectionSpec:
     encoder: EncoderChoice = field(default_factory=EncoderChoice)
     container_format: str | None = None
     lookup: str = "auto"
+    center: str = "follow"
     assume_diameter: float | None = None
     zoom_log: str | None = None
     zoom_from: str | None = None
@@ -82,6 +84,8 @@ class CorrectionSpec:
         object.__setattr__(self, "container_format", _CONTAINERS.get(name or "", name))
         if self.lookup not in LOOKUPS:
             raise UsageError(f"--lookup {self.lookup}: it is one of {', '.join(LOOKUPS)}")
+        if self.center not in CENTERS:
+            raise UsageError(f"--center {self.center}: it is one of {', '.join(CENTERS)}")
         if self.stereo not in (None, *STEREO):
             raise UsageError(f"--stereo {self.stereo}: it is one of {', '.join(STEREO)}")
         if self.right_calibration is not None and self.stereo is None:

@@ -14,7 +14,7 @@ from ..boundary.circle import Boundary
 from ..calibration.result import Calibration
 from ..errors import InputError
 from ..model import DivisionModel
-from ..zoom.table import Setting, ZoomTable
+from ..zoom.table import ZoomTable
 from .zoom_log import RecordedZoom, ZoomLog
 
 Lens = Calibration | ZoomTable
@@ -67,6 +67,7 @@ class FixedModel:
 def model_source(
     lens: Lens,
     lookup: str = "auto",
+    center: str = "follow",
     assume_diameter: float | None = None,
     recorded: RecordedZoom | None = None,
     log: ZoomLog | None = None,
@@ -74,16 +75,16 @@ def model_source(
 ) -> ModelSource:
     """Return where the models of frames come from that the lens has been fitted to.
 
-    ``lookup`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each frame's circle;
-    each frame's zoom goes to ``log``. ``ahead`` gives the luma and the time in s of the video's frames from
-    its start on, to look for the first circle where the first frame shows none.
+    ``lookup``, ``center`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each
+    frame's circle; each frame's zoom goes to ``log``. ``ahead`` gives the luma and the time in s of the
+    video's frames from its start on, to look for the first circle where the first frame shows none.
     """
     if not isinstance(lens, ZoomTable):
         return FixedModel(lens)
     # Only a zoom table needs the search for the circle, which takes a while to import.
     from .zoom_source import FollowedZoom
 
-    return FollowedZoom(lens, lookup, assume_diameter, recorded, log, ahead)
+    return FollowedZoom(lens, lookup, center, assume_diameter, recorded, log, ahead)
 
 
 def fit_lens(
@@ -127,18 +128,7 @@ def _rescaled(lens: Lens, size: tuple[int, int], scale: tuple[float, float], asp
     """Rescale a lens by (x, y): lambda with 1/y^2, since it counts in pixels of the height."""
     y = scale[1]
     if isinstance(lens, ZoomTable):
-        settings = tuple(
-            Setting(
-                lam=s.lam / y**2,
-                center=_moved(s.center, scale),
-                diameter=s.diameter * y,
-                area=None if s.area is None else s.area * scale[0] * y,
-                lam2=s.lam2 / y**4,
-                source=s.source,
-            )
-            for s in lens.settings
-        )
-        return ZoomTable(settings, size, aspect)
+        return ZoomTable(tuple(s.rescale(*scale) for s in lens.settings), size, aspect)
     m, b = lens.model, lens.boundary
     model = DivisionModel(m.lam / y**2, _moved(m.center, scale), size, aspect, m.lam2 / y**4)
     if b is not None:

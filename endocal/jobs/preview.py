@@ -92,7 +92,7 @@ def _of_picture(
         image = (image >> 8).astype(np.uint8)
     lens, note = fit_lens(lens, (image.shape[1], image.shape[0]), None, shown(spec.calibration))
     grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    models = model_source(lens, spec.lookup, spec.assume_diameter)
+    models = model_source(lens, spec.lookup, spec.center, spec.assume_diameter)
     model = models.model(lambda: np.asarray(grey), None)
     bgr = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     geometry = stream_geometry(spec, frame_layout("bgr24", model.size, full_range=True), [models])

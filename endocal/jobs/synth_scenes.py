@@ -14,7 +14,7 @@ from ..synth.camera import Camera, ContentCircle
 from ..synth.clip import BoardStand, ClipScene
 from ..synth.framing import covering
 from ..synth.lens import ZoomLens, typical_lens
-from ..synth.motion import EyeMotion, zoom_path
+from ..synth.motion import CouplerPlay, EyeMotion, zoom_path
 from ..synth.objects import Instrument, MovingInstrument
 from ..synth.pattern import Pattern, Pose
 from ..synth.sound import KINDS as SOUNDS
@@ -98,7 +98,8 @@ class ClipSpec(ZoomSpec):
 
     ``rate`` in frames per second; ``scene`` is one of SCENES and ``sound`` one of SOUNDS; ``motion`` scales
     the sway of the hand (1: usual, 0: still); ``approach`` is how far the lens goes towards the tissue and
-    back, in parts of the distance; ``instruments`` is how many move about; ``crf`` is the encoder's quality.
+    back, in parts of the distance; ``play`` is how far, px, the picture wanders on the sensor, as of a scope
+    that is loose in its coupler; ``instruments`` is how many move about; ``crf`` is the encoder's quality.
     """
 
     zooms: tuple[float, ...] = (1.0, 1.25, 1.5, 1.8, 1.0)
@@ -110,6 +111,7 @@ class ClipSpec(ZoomSpec):
     instruments: int = 1
     motion: float = 1.0
     approach: float = 0.0
+    play: float = 0.0
     crf: float = 18.0
 
     def __post_init__(self) -> None:
@@ -124,6 +126,8 @@ class ClipSpec(ZoomSpec):
             raise UsageError("a clip lasts up to 3600 s, at 1 to 1000 frames per second")
         if not (0 <= self.motion <= 10 and -2 <= self.approach <= 0.5):
             raise UsageError("--motion lies from 0 to 10, --approach from -2 to 0.5")
+        if not 0 <= self.play <= 0.1 * min(self.size):
+            raise UsageError(f"--play {self.play:g}: from 0 to a tenth of the frame, px")
         if not 0 <= self.instruments <= 8:
             raise UsageError(f"--instruments {self.instruments}: from 0 to 8")
 
@@ -204,6 +208,7 @@ def clip_scene(spec: ClipSpec) -> ClipScene:
             approach=spec.approach,
             duration=spec.duration,
         ),
+        play=CouplerPlay((spec.play, 0.6 * spec.play)),
         instruments=_instruments(spec),
         board=BoardStand(
             Pattern("chessboard", cols, rows, dark=0.03, light=0.75, margin=0.6),

@@ -32,16 +32,18 @@ def lens_truth(spec: ZoomSpec) -> ZoomTable | Calibration:
     for zoom in zooms:
         model, circle = lens.model_at(zoom), lens.circle_at(zoom)
         area = true_boundary(circle, model).area
-        settings.append(Setting(model.lam, model.center, circle.diameter, area))
+        settings.append(
+            Setting(model.lam, model.center, circle.diameter, area, circle=circle.center)
+        )
     return ZoomTable(tuple(settings), spec.size)
 
 
 def frame_row(frame: ClipFrame) -> str:
     """Return a frame's line under ``HEADER``: a zoom log with the truth, finer than any measured one."""
     model = frame.model
-    values = (frame.circle.diameter, model.lam, *model.center)
-    diameter, lam, x, y = (number(rounded(v)) for v in values)
-    return f"{frame.index},{float(frame.time):.6f},{diameter},given,{lam},{x},{y},0.0"
+    values = (frame.circle.diameter, model.lam, *model.center, *frame.shift)
+    diameter, lam, x, y, *shift = (number(rounded(v)) for v in values)
+    return f"{frame.index},{float(frame.time):.6f},{diameter},given,{lam},{x},{y},0.0,{','.join(shift)}"
 
 
 def true_boundary(circle: ContentCircle, model: DivisionModel) -> Boundary:

@@ -26,7 +26,11 @@ WIDEST_CIRCLE = 1e6
 _FURTHEST = 2**53
 # Diameters of one instant that differ by more than a log's rounding, relative, contradict each other.
 _SAME_DIAMETER = 1e-4
-COLUMNS = ("frame", "time", "diameter", "source", "lambda", "center_x", "center_y", "uncertainty")
+_SHIFT = ("shift_x", "shift_y")
+COLUMNS = (
+    *("frame", "time", "diameter", "source", "lambda", "center_x", "center_y", "uncertainty"),
+    *_SHIFT,
+)
 _CSV, _LINES = (".csv",), (".jsonl", ".ndjson", ".json")
 LOG_SUFFIXES = (*_CSV, *_LINES)
 
@@ -36,7 +40,8 @@ class ZoomRecord:
     """The zoom of one frame.
 
     ``time`` in s (None: not known); ``diameter`` of the visible circle in px; ``source`` is rim, tracked,
-    held or given; ``uncertainty`` is one relative standard deviation of the diameter.
+    held or given; ``uncertainty`` is one relative standard deviation of the diameter. ``shift`` (x, y) px is
+    how far the model's centre lies from the table's, as the circle does.
     """
 
     frame: int
@@ -45,6 +50,7 @@ class ZoomRecord:
     source: str
     model: DivisionModel
     uncertainty: float
+    shift: tuple[float, float] = (0.0, 0.0)
 
     def row(self) -> dict[str, Any]:
         """Return the values by COLUMNS, rounded below what can be measured."""
@@ -57,6 +63,8 @@ class ZoomRecord:
             "center_x": round(self.model.center[0], 3),
             "center_y": round(self.model.center[1], 3),
             "uncertainty": float(f"{self.uncertainty:.3g}"),
+            # No negative zeros.
+            **{name: round(v, 3) + 0.0 for name, v in zip(_SHIFT, self.shift, strict=True)},
         }
 
 
@@ -106,13 +114,15 @@ class RecordedRow(NamedTuple):
     source: str
     lam: float
     uncertainty: float
+    shift: tuple[float, float]
 
 
 class RecordedZoom:
-    """The diameter over time from a log, interpolated between its rows and held at its ends.
+    """The diameter and the circle's shift over time from a log.
 
-    Rows count by their time or, where none has one, by their frame number. Raises InputError for a file
-    that is missing or empty, whose rows lack a diameter, or where two of one instant contradict each other.
+    They are interpolated between its rows and held at its ends. Rows count by their time or, where none has
+    one, by their frame number. Raises InputError for a file that is missing or empty, whose rows lack a
+    diameter, or where two of one instant contradict each other.
     """
 
     def __init__(self, path: str) -> None:
@@ -123,6 +133,7 @@ class RecordedZoom:
         self._places = places[order]
         # A zoom is a ratio, so that it is interpolated in the logarithm.
         self._logs = np.log([row.diameter for row in rows])[order]
+        self._shifts = np.array([row.shift for row in rows])[order]
         self._check_instants([rows[i] for i in order])
 
     def _check_instants(self, rows: Sequence[RecordedRow]) -> None:
@@ -139,10 +150,18 @@ class RecordedZoom:
 
     def diameter(self, frame: int, time: float | None) -> float:
         """Return the diameter, px, for a frame by its number and time in s."""
+        return float(np.exp(np.interp(self._place(frame, time), self._places, self._logs)))
+
+    def shift(self, frame: int, time: float | None) -> tuple[float, float]:
+        """Return the circle's shift (x, y), px, likewise; none where the log does not tell it."""
+        place = self._place(frame, time)
+        x, y = (float(np.interp(place, self._places, shift)) for shift in self._shifts.T)
+        return x, y
+
+    def _place(self, frame: int, time: float | None) -> float:
         if self.by_time and time is None:
             raise InputError(f"{self._name}: gives times, but the video's frames have none")
-        place = time if self.by_time else frame
-        return float(np.exp(np.interp(float(place or 0), self._places, self._logs)))
+        return float((time if self.by_time else frame) or 0)
 
 
 def places_of(rows: Sequence[RecordedRow], name: str) -> tuple[bool, NDArray[np.float64]]:
@@ -212,6 +231,9 @@ def _row(row: Any, line: int, where: str) -> RecordedRow:
         raise InputError(f"{where}: the time {time:g} s is that of no frame")
     if frame is not None and not (abs(frame) < _FURTHEST and frame.is_integer()):
         raise InputError(f"{where}: the frame {frame:g} is no whole number of one")
+    shift = [_number(row.get(name) or 0.0) for name in _SHIFT]
+    if not all(abs(v) < WIDEST_CIRCLE for v in shift):
+        raise InputError(f"{where}: {' and '.join(_SHIFT)} are a circle's shift in px, or left out")
     source = row.get("source")
     return RecordedRow(
         line,
@@ -221,6 +243,7 @@ def _row(row: Any, line: int, where: str) -> RecordedRow:
         source if isinstance(source, str) else "",
         _number(row.get("lambda")),
         _number(row.get("uncertainty")),
+        (shift[0], shift[1]),
     )
 
 

@@ -12,7 +12,7 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
 from ..errors import InputError, UsageError
 from ..model import DivisionModel
-from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
+from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower, shifted
 from ..zoom.table import ZoomTable
 from .first_circle import Ahead, FirstCircle, first_circle
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
@@ -36,6 +36,7 @@ class FollowedZoom:
         self,
         table: ZoomTable,
         lookup: str,
+        center: str,
         assume_diameter: float | None,
         recorded: RecordedZoom | None,
         log: ZoomLog | None,
@@ -51,18 +52,19 @@ class FollowedZoom:
         self._ahead = ahead
         self._table = table
         self._lookup = lookup
+        self._center = center
         self._recorded = recorded
         self._log = log
-        self._follower = ZoomFollower(table, FollowSpec(lookup, assume_diameter))
+        self._follower = ZoomFollower(table, FollowSpec(lookup, center, assume_diameter))
         # Until a circle is seen or one is assumed, there is nothing to follow.
         self._has_begun = assume_diameter is not None
         self._first: FirstCircle | None = None
         self._frame = 0
         self._has_left_range = False
         self.models = tuple(table.at_diameter(s.diameter) for s in table.settings)
-        # Where the circle will be is not known yet; its centre is near the lens's.
+        # Where a table does not tell its circles' centres, they are near the lens's.
         self.boundaries: tuple[Boundary | None, ...] = tuple(
-            Boundary(s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
+            Boundary(s.circle or s.center, s.diameter, s.area or 0.0, 1.0) for s in table.settings
         )
         self.sources: Counter[str] = Counter()
         self.diameters: tuple[float, float] | None = None
@@ -73,8 +75,9 @@ class FollowedZoom:
             estimate = self._follow(luma(), time_s)
         else:
             diameter = self._recorded.diameter(self._frame, time_s)
-            model = self._table.at_diameter(diameter, self._lookup)
-            estimate = ZoomEstimate(model, None, diameter, "given", 0.0)
+            shift = self._recorded.shift(self._frame, time_s)
+            model = shifted(self._table.at_diameter(diameter, self._lookup), shift)
+            estimate = ZoomEstimate(model, None, diameter, "given", 0.0, shift)
         self.sources[estimate.source] += 1
         self._watch_range(estimate.diameter, time_s)
         least, most = self.diameters or (estimate.diameter, estimate.diameter)
@@ -88,6 +91,7 @@ class FollowedZoom:
                     estimate.source,
                     estimate.model,
                     estimate.relative_uncertainty,
+                    estimate.shift,
                 )
             )
         self._frame += 1
@@ -111,7 +115,7 @@ class FollowedZoom:
             self._has_begun = True
             return self._follower.update(luma, time_s)
         if self._first is None:
-            self._first = first_circle(self._ahead, self._table, self._lookup)
+            self._first = first_circle(self._ahead, self._table, self._lookup, self._center)
             diameter = self._first.seen.diameter
             self.notes.append(
                 f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"

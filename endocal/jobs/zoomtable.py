@@ -129,7 +129,15 @@ def _setting(item: str, calibration: Calibration) -> Setting:
     model = calibration.model
     data = read_picture_bytes(item) if _is_picture(item) else Path(item).read_bytes()
     source = SettingSource(Path(item).name, hashlib.sha256(data).hexdigest())
-    return Setting(model.lam, model.center, boundary.diameter, boundary.area, model.lam2, source)
+    return Setting(
+        model.lam,
+        model.center,
+        boundary.diameter,
+        boundary.area,
+        model.lam2,
+        source,
+        boundary.center,
+    )
 
 
 def _law_notes(table: ZoomTable) -> list[str]:

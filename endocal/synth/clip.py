@@ -12,7 +12,7 @@ from ..model import DivisionModel
 from .board import BoardScene, board_light
 from .camera import Camera, ContentCircle, Light, Picture, to_grey_levels
 from .lens import ZoomLens
-from .motion import EyeMotion, ZoomPath
+from .motion import CouplerPlay, EyeMotion, ZoomPath
 from .objects import MovingInstrument
 from .pattern import Pattern, Pose
 from .rays import pixel_rays
@@ -55,8 +55,8 @@ class ClipScene:
     """Everything that makes one clip.
 
     ``frames`` pictures at ``rate`` per second, through ``lens`` as it zooms along ``path``. The camera's
-    ``vignetting_radius`` follows the content circle by itself. ``organs`` stand before the tissue, and
-    ``board``, if there is one.
+    ``vignetting_radius`` follows the content circle by itself. The lens has ``play`` before the sensor.
+    ``organs`` stand before the tissue, and ``board``, if there is one.
     """
 
     lens: ZoomLens
@@ -68,6 +68,7 @@ class ClipScene:
     instruments: tuple[MovingInstrument, ...] = ()
     board: BoardStand | None = None
     organs: tuple[Organ, ...] = ()
+    play: CouplerPlay = field(default_factory=CouplerPlay)
     seed: int = 0
 
 
@@ -81,6 +82,7 @@ class ClipFrame:
     zoom: float
     model: DivisionModel
     circle: ContentCircle
+    shift: tuple[float, float]
 
 
 def clip_frames(scene: ClipScene) -> Iterator[ClipFrame]:
@@ -90,18 +92,20 @@ def clip_frames(scene: ClipScene) -> Iterator[ClipFrame]:
     for index in range(scene.frames):
         time = index / scene.rate
         zoom = scene.path.at(float(time))
-        model, circle = scene.lens.model_at(zoom), scene.lens.circle_at(zoom)
+        shift = scene.play.at(float(time))
+        lens = scene.lens.shifted(shift)
+        model, circle = lens.model_at(zoom), lens.circle_at(zoom)
         camera = replace(scene.camera, vignetting_radius=circle.diameter / 2)
-        light = camera.focus(_light(scene, tissue, float(time), zoom))
+        light = camera.focus(_light(scene, lens, tissue, float(time), zoom))
         # Each frame's own stream of random numbers, so that one frame does not depend on the others.
         rng = np.random.default_rng([scene.seed, index])
         level = camera.expose(light, circle, model.pixel_aspect, rng)
-        yield ClipFrame(index, time, to_grey_levels(level), zoom, model, circle)
+        yield ClipFrame(index, time, to_grey_levels(level), zoom, model, circle, shift)
 
 
-def _light(scene: ClipScene, tissue: Tissue, time: float, zoom: float) -> Light:
+def _light(scene: ClipScene, lens: ZoomLens, tissue: Tissue, time: float, zoom: float) -> Light:
     """Radiance of all that is seen at ``time``, float32 (H, W, 3), widened by the camera's reach."""
-    model, focal = scene.lens.model_at(zoom), scene.lens.focal_at(zoom)
+    model, focal = lens.model_at(zoom), lens.focal_at(zoom)
     eye = scene.motion.at(time)
     rays = pixel_rays(model, focal, scene.camera.reach)
     light = tissue.light(rays, eye)

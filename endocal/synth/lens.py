@@ -36,6 +36,11 @@ class ZoomLens:
         x, y = (c + a * zoom for c, a in zip(self.model_at(zoom).center, self.aside, strict=True))
         return ContentCircle((x, y), self.diameter * zoom, self.softness * zoom)
 
+    def shifted(self, by: tuple[float, float]) -> ZoomLens:
+        """Return the lens moved before the sensor, (x, y) px."""
+        x, y = self.model.center
+        return replace(self, model=replace(self.model, center=(x + by[0], y + by[1])))
+
     def focal_at(self, zoom: float) -> float:
         """Return the focal length of the undistorted picture at this zoom, px."""
         return self.focal * zoom

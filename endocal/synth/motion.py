@@ -47,6 +47,23 @@ def zoom_path(zooms: Sequence[float], duration: float) -> ZoomPath:
 
 
 @dataclass(frozen=True)
+class CouplerPlay:
+    """A scope that wanders in its coupler: the picture moves on the sensor, by up to ``reach`` (x, y) px.
+
+    It starts from rest, and along x it takes ``period`` s to go there and back.
+    """
+
+    reach: tuple[float, float] = (0.0, 0.0)
+    period: float = 7.0
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Return the shift (x, y) at ``time`` s, px of the frame."""
+        phase = 2 * math.pi * time / self.period
+        x, y = ((1 - math.cos(rate * phase)) / 2 for rate in (1.0, 1.3))
+        return self.reach[0] * x, self.reach[1] * y
+
+
+@dataclass(frozen=True)
 class EyeMotion:
     """A held endoscope: it sways, and may go towards the tissue and back.
 

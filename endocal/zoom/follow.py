@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,9 @@ from ..model import DivisionModel
 from .clock import USUAL_STEP, Elapsed, FrameClock
 from .doubt import GrowingDoubt
 from .rest import RestSpec, ZoomRest
+from .shift import CircleShift, ShiftSpec
 from .smooth import DiameterFilter, SmoothingSpec
-from .table import LOOKUPS, ZoomTable
+from .table import CENTERS, LOOKUPS, ZoomTable
 from .track import ScaleTracker, TrackingSpec
 
 Luma = NDArray[np.uint8] | NDArray[np.uint16]
@@ -28,16 +29,18 @@ SOURCES = ("rim", "tracked", "held", "given")
 class FollowSpec:
     """How a zoom is followed.
 
-    ``lookup`` is one of LOOKUPS. ``assume_diameter`` (px) holds until a rim is seen, to within
-    ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still`` (relative, least and
-    most) before the model changes. Tracked estimates grow less certain as ``rest`` says, and by ``ambiguous``
-    of how far the picture has dilated at most, since the rim was last seen, without telling why. Held ones
-    grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps its sign for ``memory``
-    s, and so long a zoom may go on that nothing tells any more. Past ``limit`` the tracking is given up, and
-    the last estimate held.
+    ``lookup`` is one of LOOKUPS and ``center`` one of CENTERS: the distortion centre follows the circle's
+    shift on the sensor, or is the table's at that diameter. ``assume_diameter`` (px) holds until a rim is
+    seen, to within ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still``
+    (relative, least and most) before the model changes. Tracked estimates grow less certain as ``rest`` says,
+    and by ``ambiguous`` of how far the picture has dilated at most, since the rim was last seen, without
+    telling why. Held ones grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps
+    its sign for ``memory`` s, and so long a zoom may go on that nothing tells any more. Past ``limit`` the
+    tracking is given up, and the last estimate held.
     """
 
     lookup: str = "auto"
+    center: str = "follow"
     assume_diameter: float | None = None
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
@@ -47,12 +50,15 @@ class FollowSpec:
     limit: float = 0.15
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
+    shift: ShiftSpec = field(default_factory=ShiftSpec)
     tracking: TrackingSpec = field(default_factory=TrackingSpec)
     rest: RestSpec = field(default_factory=RestSpec)
 
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
             raise ValueError(f"lookup {self.lookup!r} is none of {', '.join(LOOKUPS)}")
+        if self.center not in CENTERS:
+            raise ValueError(f"center {self.center!r} is none of {', '.join(CENTERS)}")
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,7 @@ class ZoomEstimate:
     ``boundary`` is the circle that was found in this very frame, if any; ``diameter`` (px) is the estimate.
     ``source`` is one of SOURCES: from the rim, tracked from the picture, held from before, or given.
     ``relative_uncertainty`` is one standard deviation of the diameter; of lambda it is twice that.
+    ``shift`` (x, y) px is how far the model's centre lies from the table's, as the circle does.
     """
 
     model: DivisionModel
@@ -69,6 +76,7 @@ class ZoomEstimate:
     diameter: float
     source: str
     relative_uncertainty: float
+    shift: tuple[float, float] = (0.0, 0.0)
 
 
 class ZoomFollower:
@@ -88,7 +96,9 @@ class ZoomFollower:
         self._dilated = self._most_dilated = 0.0
         self._clock = FrameClock()
         self._last: Boundary | None = None
-        self._current: tuple[float, DivisionModel] | None = None
+        self._shift = CircleShift(table, spec.shift)
+        # The diameter, the shift and what the table has there, as they were last changed.
+        self._current: tuple[float, tuple[float, float], DivisionModel] | None = None
         if spec.assume_diameter is not None:
             self._filter.restart(spec.assume_diameter, spec.assumed_sigma)
         self._is_assumed = spec.assume_diameter is not None
@@ -125,10 +135,12 @@ class ZoomFollower:
         smoothing = self._spec.smoothing
         sigma = max(located.diameter_sigma / diameter, smoothing.floor)
         self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
+        self._measure_shift(located)
         self._is_assumed = self._is_tracking = False
 
     def _follow(self, luma: Luma, located: Located | None, elapsed: Elapsed) -> str:
         """Advance by one frame and what it showed, and name where the estimate comes from."""
+        self._shift.advance(elapsed.frames)
         tracked = self._advance(luma, elapsed, lost=located is None)
         if located is None:
             return "given" if self._is_assumed and not tracked else tracked or "held"
@@ -136,7 +148,12 @@ class ZoomFollower:
         if not self._filter.correct(diameter, located.diameter_sigma / diameter):
             return tracked or "held"
         self._is_tracking = False
+        self._measure_shift(located)
         return "rim"
+
+    def _measure_shift(self, located: Located) -> None:
+        if self._spec.center == "follow":
+            self._shift.measure(located, self._filter.diameter)
 
     def _advance(self, luma: Luma, elapsed: Elapsed, lost: bool) -> str:
         """Predict this frame's diameter from the last; returns "tracked" where the picture told it."""
@@ -194,10 +211,12 @@ class ZoomFollower:
             slack = least / 4 if state.is_moving else min(max(least, 2 * state.sigma), most)
             if moved <= slack:
                 diameter = self._current[0]
-        if self._current is None or diameter != self._current[0]:
-            self._current = (diameter, self._look_up(diameter, boundary))
+        shift = self._shift.value
+        if self._current is None or (diameter, shift) != self._current[:2]:
+            model = shifted(self._look_up(diameter, boundary), shift)
+            self._current = (diameter, shift, model)
         sigma = math.hypot(self._sigma, state.pending)
-        return ZoomEstimate(self._current[1], boundary, diameter, source, sigma)
+        return ZoomEstimate(self._current[2], boundary, diameter, source, sigma, shift)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:
         if self._spec.lookup == "area" and boundary is not None:
@@ -208,6 +227,12 @@ class ZoomFollower:
         return self._table.at_diameter(
             diameter, "diameter" if self._spec.lookup == "area" else self._spec.lookup
         )
+
+
+def shifted(model: DivisionModel, shift: tuple[float, float]) -> DivisionModel:
+    """Return the model with its centre moved by ``shift`` (x, y) px."""
+    x, y = model.center
+    return replace(model, center=(x + shift[0], y + shift[1]))
 
 
 def _nothing_known(time_s: float | None) -> str:

@@ -20,6 +20,8 @@ from ..model import DivisionModel
 from .interpolate import MonotoneCurve, line_slope, linear
 
 LOOKUPS = ("auto", "diameter", "area")
+# Where the distortion centre is taken from: it follows the circle's shift on the sensor, or is the table's.
+CENTERS = ("follow", "table")
 
 # A setting that departs from the law by more than this is no setting of the same lens. Of two settings, the
 # weaker departs from the stronger: their mean would be half as far from each. Table I of the article has two
@@ -48,7 +50,8 @@ class Setting:
     """The lens at one zoom setting.
 
     ``lam`` in px^-2 and ``lam2`` in px^-4, ``center`` (x, y) in px, ``diameter`` of the visible circle in
-    px of the frame's height, ``area`` of the visible content in px^2 (only the area look-up needs it).
+    px of the frame's height, ``area`` of the visible content in px^2 (only the area look-up needs it),
+    ``circle`` the visible circle's own centre (x, y) in px (only the follower of its shift needs it).
     """
 
     lam: float
@@ -57,6 +60,7 @@ class Setting:
     area: float | None = None
     lam2: float = 0.0
     source: SettingSource | None = None
+    circle: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.diameter) and self.diameter > 0):
@@ -68,6 +72,25 @@ class Setting:
     def strength(self) -> float:
         """lam * diameter^2, the law's constant; with lam2, of the one-parameter model equal at the rim."""
         return (self.lam + self.lam2 * self.diameter**2 / 4) * self.diameter**2
+
+    def rescale(self, x: float, y: float) -> Setting:
+        """Return the setting for frames of ``x`` times the width and ``y`` times the height.
+
+        lam goes with 1/y^2, since it counts in pixels of the height, and places go by pixel centres.
+        """
+
+        def moved(place: tuple[float, float]) -> tuple[float, float]:
+            return (place[0] + 0.5) * x - 0.5, (place[1] + 0.5) * y - 0.5
+
+        return replace(
+            self,
+            lam=self.lam / y**2,
+            lam2=self.lam2 / y**4,
+            center=moved(self.center),
+            diameter=self.diameter * y,
+            area=None if self.area is None else self.area * x * y,
+            circle=None if self.circle is None else moved(self.circle),
+        )
 
     @property
     def title(self) -> str:
@@ -182,27 +205,17 @@ class ZoomTable:
             lam2 = self._lam2_curve(diameter) / diameter**4
         return DivisionModel(lam, self._center(diameter), self.size, self.pixel_aspect, lam2)
 
+    def circle_at(self, diameter: float) -> tuple[float, float] | None:
+        """Return where the visible circle's centre is at ``diameter`` px; None unless every setting says."""
+        circles = [s.circle for s in self.settings if s.circle is not None]
+        return self._along(circles, diameter) if len(circles) == len(self.settings) else None
+
     def rescale(self, size: tuple[int, int]) -> ZoomTable:
         """Return the table for the same picture at another frame size; InputError for another shape."""
-        size = (int(size[0]), int(size[1]))
-        if size == self.size:
-            return self
-        sx, sy = size[0] / self.size[0], size[1] / self.size[1]
-        settings = []
-        for s in self.settings:
-            model = self._model(s).rescale(size)
-            area = None if s.area is None else s.area * sx * sy
-            settings.append(
-                replace(
-                    s,
-                    lam=model.lam,
-                    lam2=model.lam2,
-                    center=model.center,
-                    diameter=s.diameter * sy,
-                    area=area,
-                )
-            )
-        return replace(self, settings=tuple(settings), size=size)
+        # A model knows which shapes are one.
+        size = self._model(self.settings[0]).rescale(size).size
+        x, y = size[0] / self.size[0], size[1] / self.size[1]
+        return replace(self, settings=tuple(s.rescale(x, y) for s in self.settings), size=size)
 
     def _at_area(self, boundary: Boundary) -> DivisionModel:
         """Interpolate linearly between the settings of the two areas about this one (section IV-B)."""
@@ -235,18 +248,21 @@ class ZoomTable:
         return MonotoneCurve(self._diameters, [s.lam2 * s.diameter**4 for s in self.settings])
 
     def _center(self, diameter: float) -> tuple[float, float]:
-        """Interpolate the centre linearly between the two neighbouring settings.
+        return self._along([s.center for s in self.settings], diameter)
 
-        It moves on a line with the zoom; beyond the settings it goes on from the last one, with the
+    def _along(self, places: Sequence[tuple[float, float]], diameter: float) -> tuple[float, float]:
+        """Interpolate the settings' ``places`` linearly between the two neighbouring ones.
+
+        A centre moves on a line with the zoom; beyond the settings it goes on from the last one, with the
         slope of all of them, since two close neighbours alone would carry their noise far.
         """
         d = self._diameters
         clamped = min(max(diameter, d[0]), d[-1])
-        out = []
-        for axis in (0, 1):
-            values = [s.center[axis] for s in self.settings]
-            out.append(linear(d, values, clamped) + line_slope(d, values) * (diameter - clamped))
-        return out[0], out[1]
+        x, y = (
+            linear(d, values, clamped) + line_slope(d, values) * (diameter - clamped)
+            for values in zip(*places, strict=True)
+        )
+        return x, y
 
 
 def _median(values: Sequence[float]) -> float:

@@ -53,6 +53,7 @@ def test_calibrations_become_a_table(endocal: Endocal, tmp_path: Path) -> None:
     assert [s.diameter for s in table.settings] == [400, 500, 620]
     assert table.law.lambda_diameter2 == pytest.approx(STRENGTH, rel=1e-4)
     for s in table.settings:
+        assert s.circle == (359.5, 269.5)
         assert s.area == pytest.approx(boundary_of((359.5, 269.5), s.diameter, SIZE).area, rel=1e-3)
         assert s.source is not None
         file = tmp_path / s.source.file

@@ -112,6 +112,7 @@ def tables(draw: st.DrawFn) -> ZoomTable:
             draw(st.none() | st.floats(1, 1e6)),
             draw(st.sampled_from([0.0, 0.05])) / d**4,
             draw(st.none() | st.builds(SettingSource, names, st.sampled_from(["", "a" * 64]))),
+            draw(st.none() | st.tuples(st.floats(300, 400), st.floats(200, 300))),
         )
         for d in diameters
     ]

@@ -25,6 +25,18 @@ def test_what_is_written_is_read_back(tmp_path: Path, name: str) -> None:
     )
 
 
+def test_a_shift_is_read_back_and_none_where_there_is_none(tmp_path: Path) -> None:
+    for name in ("log.csv", "log.jsonl"):
+        path = str(tmp_path / name)
+        with zoom_log(path, overwrite=False, inputs=()) as log:
+            for i in range(3):
+                shift = (2.0 * i, -1.0 * i)
+                log.add(ZoomRecord(i, i / 25, 400.0, "rim", MODEL, 1e-3, shift))
+        assert RecordedZoom(path).shift(1, 0.06) == pytest.approx((3.0, -1.5))
+    (tmp_path / "short.csv").write_text("frame,diameter,shift_x\n0,400,\n4,400,2\n")
+    assert RecordedZoom(str(tmp_path / "short.csv")).shift(2, None) == pytest.approx((1.0, 0.0))
+
+
 def test_rows_are_interpolated_as_ratios_and_held_at_the_ends(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("time,diameter\n1.0,100\n3.0,400\n")
@@ -49,6 +61,8 @@ def test_rows_without_a_time_count_by_frame(tmp_path: Path) -> None:
         ("a.csv", "time,diameter\n1,-5\n", "line 2: the diameter -5 px is that of no circle"),
         ("a.csv", "time,diameter\n1,nan\n", "that of no circle"),
         ("a.csv", "time,diameter\n1,1e308\n", "that of no circle"),
+        ("a.csv", "time,diameter,shift_x\n1,5,much\n", "line 2: shift_x and shift_y are"),
+        ("a.csv", "time,diameter,shift_y\n1,5,inf\n", "line 2: shift_x and shift_y are"),
         ("a.csv", "diameter\n5\n", "every row needs a time or a frame"),
         ("a.jsonl", '{"time": 1}\n', "line 1: needs a diameter"),
         ("a.jsonl", "[1, 2]\n", "line 1: needs a diameter"),

@@ -194,6 +194,17 @@ def test_rescaling_is_looking_up_in_the_other_frame(scale: float, at: float) -> 
     assert there.center == pytest.approx(here.center, abs=1e-6)
 
 
+def test_the_circle_is_looked_up_and_rescaled_as_the_centre_is() -> None:
+    settings = tuple(
+        Setting(-1.3 / d**2, (300 + 0.1 * d, 200.0), d, circle=(300 + 0.1 * d, 200.0))
+        for d in (400.0, 500.0, 650.0)
+    )
+    for zoom in (ZoomTable(settings, SIZE), ZoomTable(settings, SIZE).rescale((1440, 1080))):
+        for diameter in (300.0, 480.0, 900.0):
+            circle = zoom.circle_at(diameter)
+            assert circle == pytest.approx(zoom.at_diameter(diameter).center)
+
+
 def test_a_table_says_what_it_covers() -> None:
     zoom = lens(-1.3, [400, 650])
     assert zoom.covers(400)
