@@ -19,7 +19,6 @@ import numpy as np
 from endocal.benchmarks import boundary, remap, rims, zoom
 from endocal.benchmarks.rim_frames import TROUBLES
 from endocal.zoom.follow import FollowSpec
-from endocal.zoom.table import CENTERS
 
 FIXED = 0
 
@@ -100,11 +99,11 @@ def print_clips(seed: int, seconds: float) -> list[object]:
             f" {doubts[0]:.1f}, {doubts[1]:.1f} times the doubt, {score.milliseconds:.2f} ms a frame"
         )
         found.append(score.data())
-    for center in CENTERS:
+    for center, follows in (("follow", True), ("fixed", False)):
         score, _ = zoom.follow_clip(
             f"a loose coupler, --center {center}",
             zoom.loose_clip(seed),
-            spec=FollowSpec(center=center),
+            spec=FollowSpec(follows_shift=follows),
         )
         tell(
             f"  {score.name:<40}the distortion centre's error in px: median {score.visible_center[0]:.2f},"

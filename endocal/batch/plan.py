@@ -30,7 +30,7 @@ from .task import lens_digest
 DO, CHECK, KEEP, LEAVE, WAIT = "do", "check", "keep", "leave", "wait"
 # Of CorrectionSpec, these are not what makes an output what it is, or have a digest of their own.
 _NOT_OPTIONS = ("input", "output", "calibration", "right_calibration", "overwrite", "threads")
-_ZOOM_OPTIONS = ("lookup", "center", "assume_diameter", "zoom_log", "zoom_from")
+_ZOOM_OPTIONS = ("lookup", "assume_diameter", "zoom_log", "zoom_from")
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,6 @@ def _refuse_idle_zoom_options(spec: BatchSpec, steps: tuple[Step, ...]) -> None:
         ("--zoom-from", spec.zoom_from is not None),
         ("--assume-diameter", spec.correction.get("assume_diameter") is not None),
         ("--lookup", spec.correction.get("lookup", "auto") != "auto"),
-        ("--center", spec.correction.get("center", "follow") != "follow"),
     ):
         if given:
             raise UsageError(f"{option} needs a zoom table, and no recording has one")

@@ -95,8 +95,8 @@ Center = Annotated[
     str,
     _picture(
         metavar="NAME",
-        values=choices("follow", "table"),
-        help="With a zoom table: the centre follows the visible circle (follow), or is the table's.",
+        values=choices("auto", "follow", "fixed"),
+        help="follow: the centre goes with the visible circle; fixed; auto: follow with a zoom table.",
     ),
 ]
 AssumeDiameter = Annotated[
@@ -137,7 +137,7 @@ def correction(
     stereo: Stereo = None,
     deinterlace: Deinterlace = "auto",
     lookup: Lookup = "auto",
-    center: Center = "follow",
+    center: Center = "auto",
     assume_diameter: AssumeDiameter = None,
     device: Device = "auto",
     codec: Codec = None,

@@ -47,7 +47,6 @@ def _refuse_zoom_options(spec: CorrectionSpec) -> None:
         ("--zoom-from", spec.zoom_from is not None),
         ("--assume-diameter", spec.assume_diameter is not None),
         ("--lookup", spec.lookup != "auto"),
-        ("--center", spec.center != "follow"),
     ):
         if given:
             raise UsageError(

@@ -11,13 +11,14 @@ from ..remap.geometry import VIEWS
 from ..remap.interpolation import TAPS
 from ..video.encoder import EncoderChoice
 from ..video.live import redacted
-from ..zoom.table import CENTERS, LOOKUPS
+from ..zoom.table import LOOKUPS
 from .live_feed import Latency
 from .pipe import PIPE
 
 # With far more the libraries give up, and take the process with them.
 MAX_THREADS = 256
 STEREO = ("sbs", "tb")
+CENTERS = ("auto", "follow", "fixed")
 DEINTERLACE = ("auto", "off", "frame", "field")
 # Containers under the names that people give them.
 _CONTAINERS = {"y4m": "yuv4mpegpipe", "mkv": "matroska", "ts": "mpegts"}
@@ -34,9 +35,10 @@ class CorrectionSpec:
     ``stereo`` says that a frame holds two eyes side by side (sbs) or one below the other (tb), and
     ``right_calibration`` is then the second one's, where it has another than the first. ``lookup`` is how a
     zoom table is read (auto, diameter, area); with ``center`` follow the distortion centre goes with the
-    visible circle's shift, with table it does not. ``assume_diameter``, px, of the visible circle, holds
-    until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead of measuring the zoom (CSV or
-    JSON lines). ``allow_protocols`` names the protocols that an input may open besides its own file.
+    visible circle's shift, with fixed it does not, with auto it does with a table. ``assume_diameter``, px,
+    of the visible circle, holds until one is seen. ``zoom_log`` is written, and ``zoom_from`` read instead
+    of measuring the zoom (CSV or JSON lines). ``allow_protocols`` names the protocols that an input may open
+    besides its own file.
     ``live`` takes the input as an address (RTSP, UDP and the like) or a camera, and leaves frames out rather
     than fall behind.
     ``threads`` may decode, and as many encode; 0: as many as there are cores.
@@ -58,7 +60,7 @@ class CorrectionSpec:
     encoder: EncoderChoice = field(default_factory=EncoderChoice)
     container_format: str | None = None
     lookup: str = "auto"
-    center: str = "follow"
+    center: str = "auto"
     assume_diameter: float | None = None
     zoom_log: str | None = None
     zoom_from: str | None = None

@@ -13,8 +13,8 @@ import numpy as np
 from ..boundary.detect import boundary_of, locate_boundary
 from ..errors import InputError
 from ..zoom.doubt import doubt_after
-from ..zoom.follow import FollowSpec, ZoomEstimate, shifted
-from ..zoom.shift import offset_from
+from ..zoom.follow import FollowSpec, ZoomEstimate
+from ..zoom.shift import offset, shifted
 from ..zoom.table import ZoomTable
 
 # The luma of a video's frames and their times in s, from its start on, as often as asked.
@@ -44,10 +44,10 @@ class FirstCircle(NamedTuple):
         return replace(self.seen, relative_uncertainty=sigma)
 
 
-def first_circle(ahead: Ahead, table: ZoomTable, lookup: str, center: str) -> FirstCircle:
+def first_circle(ahead: Ahead, table: ZoomTable, lookup: str, follows_shift: bool) -> FirstCircle:
     """Look for the first circle in the video; InputError where no frame that can be read shows one.
 
-    ``lookup`` and ``center``: see FollowSpec.
+    ``lookup`` and ``follows_shift``: see FollowSpec.
     """
     has_frames = False
     for number, (luma, time) in itertools.islice(enumerate(ahead()), 0, None, _LOOK_EVERY):
@@ -58,7 +58,7 @@ def first_circle(ahead: Ahead, table: ZoomTable, lookup: str, center: str) -> Fi
         place, diameter = located.boundary.center, located.boundary.diameter
         boundary = boundary_of(place, diameter, table.size, table.pixel_aspect)
         sigma = located.diameter_sigma / diameter
-        shift = (offset_from(table, place, diameter) if center == "follow" else None) or (0.0, 0.0)
+        shift = (offset(place, table.circle_at(diameter)) if follows_shift else None) or (0.0, 0.0)
         model = shifted(table.at(boundary, lookup), shift)
         estimate = ZoomEstimate(model, None, diameter, "held", sigma, shift)
         return FirstCircle(estimate, number, time)

@@ -15,6 +15,7 @@ from ..calibration.result import Calibration
 from ..errors import InputError
 from ..model import DivisionModel
 from ..zoom.table import ZoomTable
+from .fixed_lens import FixedModel
 from .zoom_log import RecordedZoom, ZoomLog
 
 Lens = Calibration | ZoomTable
@@ -48,26 +49,10 @@ class ModelSource(Protocol):
         ...
 
 
-class FixedModel:
-    """One calibration for all frames."""
-
-    def __init__(self, calibration: Calibration) -> None:
-        self._model = calibration.model
-        self.models: tuple[DivisionModel, ...] = (self._model,)
-        self.boundaries: tuple[Boundary | None, ...] = (calibration.boundary,)
-        self.sources: Counter[str] = Counter()
-        self.diameters: tuple[float, float] | None = None
-        self.notes: list[str] = []
-
-    def model(self, luma: Callable[[], np.ndarray], time_s: float | None) -> DivisionModel:
-        """Return the one model."""
-        return self._model
-
-
 def model_source(
     lens: Lens,
     lookup: str = "auto",
-    center: str = "follow",
+    center: str = "auto",
     assume_diameter: float | None = None,
     recorded: RecordedZoom | None = None,
     log: ZoomLog | None = None,
@@ -75,12 +60,12 @@ def model_source(
 ) -> ModelSource:
     """Return where the models of frames come from that the lens has been fitted to.
 
-    ``lookup``, ``center`` and ``assume_diameter``: see FollowSpec. ``recorded`` is used instead of each
+    ``lookup``, ``center`` and ``assume_diameter``: see CorrectionSpec. ``recorded`` is used instead of each
     frame's circle; each frame's zoom goes to ``log``. ``ahead`` gives the luma and the time in s of the
     video's frames from its start on, to look for the first circle where the first frame shows none.
     """
     if not isinstance(lens, ZoomTable):
-        return FixedModel(lens)
+        return FixedModel(lens, center)
     # Only a zoom table needs the search for the circle, which takes a while to import.
     from .zoom_source import FollowedZoom
 

@@ -12,7 +12,8 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
 from ..errors import InputError, UsageError
 from ..model import DivisionModel
-from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower, shifted
+from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
+from ..zoom.shift import shifted
 from ..zoom.table import ZoomTable
 from .first_circle import Ahead, FirstCircle, first_circle
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
@@ -52,10 +53,10 @@ class FollowedZoom:
         self._ahead = ahead
         self._table = table
         self._lookup = lookup
-        self._center = center
+        self._follows_shift = center != "fixed"
         self._recorded = recorded
         self._log = log
-        self._follower = ZoomFollower(table, FollowSpec(lookup, center, assume_diameter))
+        self._follower = ZoomFollower(table, FollowSpec(lookup, center != "fixed", assume_diameter))
         # Until a circle is seen or one is assumed, there is nothing to follow.
         self._has_begun = assume_diameter is not None
         self._first: FirstCircle | None = None
@@ -115,7 +116,7 @@ class FollowedZoom:
             self._has_begun = True
             return self._follower.update(luma, time_s)
         if self._first is None:
-            self._first = first_circle(self._ahead, self._table, self._lookup, self._center)
+            self._first = first_circle(self._ahead, self._table, self._lookup, self._follows_shift)
             diameter = self._first.seen.diameter
             self.notes.append(
                 f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"

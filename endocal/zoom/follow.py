@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ from ..model import DivisionModel
 from .clock import USUAL_STEP, Elapsed, FrameClock
 from .doubt import GrowingDoubt
 from .rest import RestSpec, ZoomRest
-from .shift import CircleShift, ShiftSpec
+from .shift import CircleShift, ShiftSpec, shifted
 from .smooth import DiameterFilter, SmoothingSpec
-from .table import CENTERS, LOOKUPS, ZoomTable
+from .table import LOOKUPS, ZoomTable
 from .track import ScaleTracker, TrackingSpec
 
 Luma = NDArray[np.uint8] | NDArray[np.uint16]
@@ -29,8 +29,8 @@ SOURCES = ("rim", "tracked", "held", "given")
 class FollowSpec:
     """How a zoom is followed.
 
-    ``lookup`` is one of LOOKUPS and ``center`` one of CENTERS: the distortion centre follows the circle's
-    shift on the sensor, or is the table's at that diameter. ``assume_diameter`` (px) holds until a rim is
+    ``lookup`` is one of LOOKUPS. The distortion centre follows the circle's shift on the sensor if it
+    ``follows_shift``, else it is the table's at that diameter. ``assume_diameter`` (px) holds until a rim is
     seen, to within ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still``
     (relative, least and most) before the model changes. Tracked estimates grow less certain as ``rest`` says,
     and by ``ambiguous`` of how far the picture has dilated at most, since the rim was last seen, without
@@ -40,7 +40,7 @@ class FollowSpec:
     """
 
     lookup: str = "auto"
-    center: str = "follow"
+    follows_shift: bool = True
     assume_diameter: float | None = None
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
@@ -57,8 +57,6 @@ class FollowSpec:
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
             raise ValueError(f"lookup {self.lookup!r} is none of {', '.join(LOOKUPS)}")
-        if self.center not in CENTERS:
-            raise ValueError(f"center {self.center!r} is none of {', '.join(CENTERS)}")
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ class ZoomFollower:
         self._dilated = self._most_dilated = 0.0
         self._clock = FrameClock()
         self._last: Boundary | None = None
-        self._shift = CircleShift(table, spec.shift)
+        self._shift = CircleShift(table.circle_at, table.pixel_aspect, spec.shift)
         # The diameter, the shift and what the table has there, as they were last changed.
         self._current: tuple[float, tuple[float, float], DivisionModel] | None = None
         if spec.assume_diameter is not None:
@@ -152,7 +150,7 @@ class ZoomFollower:
         return "rim"
 
     def _measure_shift(self, located: Located) -> None:
-        if self._spec.center == "follow":
+        if self._spec.follows_shift:
             self._shift.measure(located, self._filter.diameter)
 
     def _advance(self, luma: Luma, elapsed: Elapsed, lost: bool) -> str:
@@ -227,12 +225,6 @@ class ZoomFollower:
         return self._table.at_diameter(
             diameter, "diameter" if self._spec.lookup == "area" else self._spec.lookup
         )
-
-
-def shifted(model: DivisionModel, shift: tuple[float, float]) -> DivisionModel:
-    """Return the model with its centre moved by ``shift`` (x, y) px."""
-    x, y = model.center
-    return replace(model, center=(x + shift[0], y + shift[1]))
 
 
 def _nothing_known(time_s: float | None) -> str:

@@ -7,10 +7,11 @@ sensor, the circle and the distortion centre move together, by the same pixels.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from ..boundary.detect import Located
-from .table import ZoomTable
+from ..model import DivisionModel
 
 Offset = tuple[float, float]
 
@@ -39,10 +40,20 @@ class ShiftSpec:
 
 
 class CircleShift:
-    """The shift over the frames of a video; none where the ``table`` does not say where its circles are."""
+    """The shift over the frames of a video.
 
-    def __init__(self, table: ZoomTable, spec: ShiftSpec = ShiftSpec()) -> None:
-        self._table = table
+    ``place`` gives the centre (x, y) px that a circle of a diameter (px) had when the lens was calibrated;
+    None where nobody knows, and then there is no shift.
+    """
+
+    def __init__(
+        self,
+        place: Callable[[float], Offset | None],
+        pixel_aspect: float = 1.0,
+        spec: ShiftSpec = ShiftSpec(),
+    ) -> None:
+        self._place = place
+        self._aspect = pixel_aspect
         self._spec = spec
         self._estimate: Offset | None = None
         self._variance = 0.0
@@ -64,7 +75,7 @@ class CircleShift:
 
     def measure(self, located: Located, diameter: float) -> None:
         """Take in a circle that was found, where the zoom's ``diameter`` is known to be so many px."""
-        measured = offset_from(self._table, located.boundary.center, diameter)
+        measured = offset(located.boundary.center, self._place(diameter))
         if measured is None:
             return
         spec = self._spec
@@ -118,10 +129,15 @@ class CircleShift:
 
     def _distance(self, a: Offset, b: Offset) -> float:
         """How far two offsets are apart, px of the height."""
-        return math.hypot((a[0] - b[0]) * self._table.pixel_aspect, a[1] - b[1])
+        return math.hypot((a[0] - b[0]) * self._aspect, a[1] - b[1])
 
 
-def offset_from(table: ZoomTable, center: Offset, diameter: float) -> Offset | None:
-    """Return how far a circle's ``center`` lies from the table's at ``diameter`` px; None if it has none."""
-    expected = table.circle_at(diameter)
-    return None if expected is None else (center[0] - expected[0], center[1] - expected[1])
+def offset(center: Offset, place: Offset | None) -> Offset | None:
+    """Return how far a circle's ``center`` lies from its ``place``, (x, y) px; None if it has none."""
+    return None if place is None else (center[0] - place[0], center[1] - place[1])
+
+
+def shifted(model: DivisionModel, shift: Offset) -> DivisionModel:
+    """Return the model with its centre moved by ``shift`` (x, y) px."""
+    x, y = model.center
+    return replace(model, center=(x + shift[0], y + shift[1]))

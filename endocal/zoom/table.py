@@ -20,8 +20,6 @@ from ..model import DivisionModel
 from .interpolate import MonotoneCurve, line_slope, linear
 
 LOOKUPS = ("auto", "diameter", "area")
-# Where the distortion centre is taken from: it follows the circle's shift on the sensor, or is the table's.
-CENTERS = ("follow", "table")
 
 # A setting that departs from the law by more than this is no setting of the same lens. Of two settings, the
 # weaker departs from the stronger: their mean would be half as far from each. Table I of the article has two

@@ -42,7 +42,7 @@ def follow(diameters: np.ndarray, times: list[float | None]) -> tuple[Records, F
         return ((scene(d), time) for d, time in zip(diameters, times, strict=True))
 
     log = Records()
-    zoom = FollowedZoom(TABLE, "auto", "follow", None, None, log, ahead)
+    zoom = FollowedZoom(TABLE, "auto", "auto", None, None, log, ahead)
     for luma, time in ahead():
         zoom.model(lambda luma=luma: luma, time)
     return log, zoom
@@ -80,6 +80,6 @@ def test_a_video_without_any_circle_is_refused() -> None:
 
 
 def test_a_pipe_cannot_be_searched_and_only_its_first_frame_is_blamed() -> None:
-    zoom = FollowedZoom(TABLE, "auto", "follow", None, None, None, lambda: iter(()))
+    zoom = FollowedZoom(TABLE, "auto", "auto", None, None, None, lambda: iter(()))
     with pytest.raises(InputError, match="the first frame does not show a visible circle"):
         zoom.model(lambda: scene(900.0), None)

@@ -21,7 +21,7 @@ def follow(folder: Path, diameters: list[float], lookup: str = "auto") -> Follow
     path = folder / "zoom.csv"
     rows = [f"{i},{i / 25},{d}" for i, d in enumerate(diameters)]
     path.write_text("\n".join(["frame,time,diameter", *rows]) + "\n")
-    zoom = FollowedZoom(TABLE, lookup, "follow", None, RecordedZoom(str(path)), None, None)
+    zoom = FollowedZoom(TABLE, lookup, "auto", None, RecordedZoom(str(path)), None, None)
     for i in range(len(diameters)):
         zoom.model(lambda: np.zeros((480, 640), np.uint8), i / 25)
     return zoom
@@ -54,12 +54,12 @@ def test_an_assumed_diameter_that_cannot_be_is_refused_at_once(
     with pytest.raises(
         UsageError, match=r"--assume-diameter .*640x480 .*400 to 500 px.*100 to 3200"
     ):
-        FollowedZoom(TABLE, lookup, "follow", diameter, None, None, None)
+        FollowedZoom(TABLE, lookup, "auto", diameter, None, None, None)
 
 
 @pytest.mark.parametrize("diameter", [101.0, 450.0, 3100.0])
 def test_one_far_beyond_the_frame_is_not(diameter: float) -> None:
-    zoom = FollowedZoom(TABLE, "auto", "follow", diameter, None, None, None)
+    zoom = FollowedZoom(TABLE, "auto", "auto", diameter, None, None, None)
     model = zoom.model(lambda: np.zeros((480, 640), np.uint8), 0.0)
     assert model.lam * diameter**2 == pytest.approx(-1.3)
     assert zoom.sources == {"given": 1}
@@ -72,4 +72,4 @@ def test_one_that_the_table_cannot_tell_a_lens_for_is_refused_at_once() -> None:
         Setting(-1.3 / 500**2, (360, 239.5), 500.0),
     )
     with pytest.raises(UsageError, match=r"--assume-diameter 3100: .*400 to 500 px"):
-        FollowedZoom(ZoomTable(settings, (640, 480)), "auto", "follow", 3100.0, None, None, None)
+        FollowedZoom(ZoomTable(settings, (640, 480)), "auto", "auto", 3100.0, None, None, None)
