@@ -75,7 +75,7 @@ def test_the_table_of_the_verdict_has_the_thresholds() -> None:
     for words in (
         f"fewer than {q.FAILED_LINES} lines",
         f"stay {q.FAILED_ROUGH:g} px from straight",
-        f"stay {q.ROUGH_WITHOUT_BOARD:g} px from straight",
+        f"stay {q.FAILED_WITHOUT_BOARD:g} px from straight",
         f"fewer than {q.FEW_LINES} lines or less than {q.LITTLE_WITHOUT_BOARD:.0%}",
         f"more than {q.FAILED_ASTRAY:g} standard deviations",
     ):
@@ -84,7 +84,7 @@ def test_the_table_of_the_verdict_has_the_thresholds() -> None:
         f"fewer than {q.FEW_LINES} lines",
         f"less than {q.POOR_COVERAGE:.0%} of the way",
         f"bent by {q.BENT:g} px",
-        f"{q.ROUGH:g} px from straight by noise",
+        f"{q.ROUGH:g} px from straight by noise, {q.ROUGH_WITHOUT_BOARD:g} px without a chessboard",
         f"less than {q.LITTLE_EXPLAINED:.0%} of the edge points",
         f"without a chessboard less than {q.LITTLE_WITHOUT_BOARD:.0%}",
         f"λ over {q.WEAK_LAMBDA:.0%}",

@@ -21,6 +21,7 @@ def test_sound_evidence_is_good() -> None:
         ({"reach": 120.0}, "poor coverage"),
         ({"bend": 0.3}, "residuals above noise"),
         ({"rms": 0.9}, "edges are noisy"),
+        ({"rms": 0.2, "board": False}, "edges are noisy"),
         ({"explained": 0.03}, "is this a pattern"),
         ({"explained": 0.2, "board": False}, "is this a pattern"),
         ({"lam_sigma": 1e-7}, "weakly determined"),

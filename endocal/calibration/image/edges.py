@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -15,6 +16,9 @@ Floats = NDArray[np.float64]
 
 # The smoothing before the gradient, in px (sigma): below it noise makes edges, above it squares melt.
 SMOOTHING = 1.5
+# Smoothed by this instead, px, a soft edge keeps most of its gradient, and white noise loses half of its own.
+# Noise that was itself smoothed, by up to 2 px, loses down to this share of what white noise loses.
+SMOOTHER, LEAST_LOSS = 2.0, 0.5
 # An edge must stand out of the noise by this many standard deviations of the gradient ...
 NOISE_FACTOR = 5.0
 # ... and reach this share of the strongest gradient around it, so that dark corners keep their edges.
@@ -46,9 +50,10 @@ class EdgePoints:
 
 def find_edges(picture: Picture) -> EdgePoints:
     """Find the edge points of a picture, ordered by rows; none is an empty set."""
-    dx, dy = _derivatives(picture.grey)
+    smooth = _smoothed(picture.grey, SMOOTHING)
+    dx, dy = _derivatives(smooth)
     magnitude = np.hypot(dx, dy)
-    threshold = _threshold(magnitude, picture.content)
+    threshold = _threshold(magnitude, picture.content, _noise(smooth, magnitude, picture.content))
     # Canny takes 16-bit gradients and one threshold: gradients in units of their own threshold.
     unit = 1024.0 / threshold
     canny = cv2.Canny(
@@ -96,22 +101,43 @@ def edge_directions(grey: Grey, points: Floats, size: int) -> tuple[Floats, Floa
     return np.stack([np.cos(turn), np.sin(turn)], axis=1), one_direction
 
 
-def _derivatives(grey: Grey) -> tuple[Grey, Grey]:
+def _smoothed(grey: Grey, sigma: float) -> Grey:
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE))
+
+
+def _derivatives(smooth: Grey) -> tuple[Grey, Grey]:
     """Derivatives in grey levels per px."""
-    smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTHING, borderType=cv2.BORDER_REPLICATE)
     dx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
     dy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(dx, np.float32), np.asarray(dy, np.float32)
 
 
-def _threshold(magnitude: Grey, content: Mask) -> Grey:
-    """The gradient that an edge must reach at each pixel."""
+def _noise(smooth: Grey, magnitude: Grey, content: Mask) -> float:
+    """The standard deviation that noise gives a derivative, grey levels per px; ``smooth`` is by SMOOTHING.
+
+    Gradients are noise where the picture is even, and most of most pictures is. Small squares and soft edges
+    leave nothing even; but of them a little more smoothing takes hardly anything, and of noise much.
+    """
+    lost = smooth - _smoothed(smooth, math.sqrt(SMOOTHER**2 - SMOOTHING**2))
+    # Of white noise smoothed by a and b, derivatives have the covariance 4 / (a^2 + b^2)^2, but for a factor.
+    a, b = SMOOTHING**2, SMOOTHER**2
+    loss = math.sqrt(1 + (a / b) ** 2 - 8 * (a / (a + b)) ** 2)
+    by_loss = _of_most(np.hypot(*_derivatives(lost)), content) / (LEAST_LOSS * loss)
+    return min(_of_most(magnitude, content), by_loss)
+
+
+def _of_most(magnitude: Grey, content: Mask) -> float:
+    """The standard deviation of a gradient's parts, where half of the content or more shows noise alone."""
     inside = magnitude[content]
     if inside.size == 0:
-        return np.full_like(magnitude, np.inf)
-    # The lower quartile of a Rayleigh distribution is 0.7585 sigma; edges are rarer than three in four.
-    sigma = float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.25)) / 0.7585
-    floor = max(NOISE_FACTOR * sigma, 1.0)
+        return 0.0
+    # The lower quartile of a Rayleigh distribution is 0.7585 sigma.
+    return float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.25)) / 0.7585
+
+
+def _threshold(magnitude: Grey, content: Mask, noise: float) -> Grey:
+    """The gradient that an edge must reach at each pixel; ``noise`` is that of its parts."""
+    floor = max(NOISE_FACTOR * noise, 1.0)
     # The strongest gradient around, on a coarse grid: the maximum of each tile, then of its neighbours.
     tile = 8
     h, w = magnitude.shape

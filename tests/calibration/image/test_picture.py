@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -7,8 +8,10 @@ from endocal.calibration.image.content import content_mask
 from endocal.calibration.image.edges import edge_directions, find_edges, sobel_gradients
 from endocal.calibration.image.picture import Picture, field_shift, fields, to_grey
 from endocal.errors import InputError
-from endocal.synth.board import render_board
-from endocal.synth.camera import ContentCircle
+from endocal.model import DivisionModel
+from endocal.synth.board import BoardScene, render_board
+from endocal.synth.camera import Camera, ContentCircle
+from endocal.synth.pattern import Pattern, Pose
 
 from ..scenes import board
 
@@ -114,6 +117,23 @@ def test_dark_bars_that_run_out_of_the_frame_are_scene() -> None:
         grey[:, left : left + 45] = 40.0
     mask = content_mask(grey, None)
     assert mask[10:-10, 10:-10].all()
+
+
+@pytest.mark.parametrize("blur", [0.8, 2.0, 3.0])
+def test_small_soft_squares_leave_nothing_even_and_are_seen(blur: float) -> None:
+    model = DivisionModel(-8e-6, (163.0, 158.0), (320, 320))
+    pose = Pose((160.0, 160.0), 17.0, tilt=10.0, rotation=12.0, focal=250.0)
+    scene = BoardScene(model, Pattern(cols=22, rows=22), pose, camera=Camera(blur=blur, noise=2.0))
+    found = calibrate(render_board(scene)).model
+    assert found.lam == pytest.approx(model.lam, rel=5e-3)
+
+
+@pytest.mark.parametrize("blur", [0.0, 1.0, 2.0])
+def test_noise_that_was_smoothed_is_noise(blur: float) -> None:
+    noise = np.random.default_rng(0).normal(100, 8, (400, 500)).astype(np.float32)
+    grey = cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise
+    everywhere = np.ones(grey.shape, bool)
+    assert len(find_edges(Picture(grey, everywhere))) < 50
 
 
 def test_a_region_of_interest_is_the_limit() -> None:
