@@ -221,6 +221,36 @@ def test_shapes_are_kept() -> None:
     assert model.undistorted_gradient(grid, np.ones_like(grid)).shape == grid.shape
 
 
+def cross_ratio(angles: np.ndarray) -> float:
+    """The cross ratio of four lines through one point, from their directions."""
+    a, b, c, d = angles
+    return math.sin(a - c) * math.sin(b - d) / (math.sin(a - d) * math.sin(b - c))
+
+
+def test_parallel_lines_are_straight_about_other_centres_too() -> None:
+    """Lines through one vanishing point leave the centre open along the way to it: docs/accuracy.md."""
+    lam, center, vanishing, t = -1.5e-6, np.array([360.0, 270.0]), np.array([900.0, 400.0]), 0.03
+    other = DivisionModel(
+        lam / (1 - t + lam * t**2 * vanishing @ vanishing), center + t * vanishing, SIZE
+    )
+    along = np.linspace(-1400, -400, 50)[:, None]
+    angles = np.linspace(0.2, 0.7, 6)
+    offsets, normals = [], []
+    for angle in angles:
+        line = center + vanishing + along * (math.cos(angle), math.sin(angle))
+        moved = other.undistort(DivisionModel(lam, tuple(center), SIZE).distort(line))
+        middle = moved.mean(axis=0)
+        _, sizes, ways = np.linalg.svd(moved - middle)
+        assert sizes[1] < 1e-9
+        normals.append(ways[1])
+        offsets.append(ways[1] @ middle)
+    point, *_ = np.linalg.lstsq(np.array(normals), np.array(offsets))
+    assert_allclose(np.array(normals) @ point, offsets, atol=1e-8)
+    turned = np.array([math.atan2(y, x) for x, y in normals])
+    assert_allclose(cross_ratio(turned[:4]), cross_ratio(angles[:4]), rtol=1e-9)
+    assert_allclose(cross_ratio(turned[2:]), cross_ratio(angles[2:]), rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
