@@ -8,6 +8,7 @@ along radii. A circle counts only where it limits the content: outside it must b
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,18 +16,40 @@ from numpy.typing import NDArray
 
 from .circle import Boundary
 from .coarse import thin
+from .departure import RimPoints, radius_departure
 from .disc import Box, disc_area, visible_fraction, whole_frame
 from .fit import Circle
 from .frame import frame_of
+from .rim import Rim
 from .search import BoundarySpec, Search
 
 
 class Located(NamedTuple):
-    """A boundary, and one standard deviation of its diameter and of its centre, in px of the height."""
+    """A boundary, and how well its diameter and its centre are known, in px of the height.
+
+    The sigmas are one standard deviation from frame to frame; ``points`` are what the circle was fitted to,
+    None for one that was not fitted to a rim.
+    """
 
     boundary: Boundary
     diameter_sigma: float
     center_sigma: float
+    points: RimPoints | None = None
+
+    @property
+    def shape_sigma(self) -> float:
+        """What a rim that is no perfect circle adds where only a part of it is seen, px.
+
+        One standard deviation; the error is the same in every frame that shows the same part.
+        """
+        if self.points is None:
+            return 0.0
+        return 2 * radius_departure(self.points, self.boundary.diameter / 2)
+
+    @property
+    def uncertainty(self) -> float:
+        """One standard deviation of the diameter from that of the whole rim, px."""
+        return math.hypot(self.diameter_sigma, self.shape_sigma)
 
 
 def find_boundary(
@@ -41,8 +64,8 @@ def find_boundary(
     height. ``guess`` is where the circle was a moment ago: it is looked at first, and saves time when the
     circle is still near there.
     """
-    located = locate_boundary(image, pixel_aspect, spec, guess)
-    return None if located is None else located.boundary
+    found = _search(image, pixel_aspect, spec, guess)
+    return None if found is None else _boundary(found[0].circle, found[1], pixel_aspect)
 
 
 def locate_boundary(
@@ -52,6 +75,21 @@ def locate_boundary(
     guess: Boundary | None = None,
 ) -> Located | None:
     """Find the boundary as ``find_boundary`` does, and say how well its diameter is known."""
+    found = _search(image, pixel_aspect, spec, guess)
+    if found is None:
+        return None
+    rim, box = found
+    boundary = _boundary(rim.circle, box, pixel_aspect)
+    return Located(boundary, 2 * rim.radius_sigma, rim.center_sigma, rim.points)
+
+
+def _search(
+    image: NDArray[np.uint8] | NDArray[np.uint16],
+    pixel_aspect: float,
+    spec: BoundarySpec,
+    guess: Boundary | None,
+) -> tuple[Rim, Box] | None:
+    """Find the rim and the box that holds the content, in square pixels."""
     frame = frame_of(image, pixel_aspect)
     samples = thin(frame)
     if samples is None or samples.dark.level > spec.max_black:
@@ -61,12 +99,7 @@ def locate_boundary(
     if guess is not None:
         x, y = guess.center
         found = search.near(Circle(x * pixel_aspect, y, guess.diameter / 2))
-    found = found or search.anywhere()
-    if found is None:
-        return None
-    rim, box = found
-    boundary = _boundary(rim.circle, box, pixel_aspect)
-    return Located(boundary, 2 * rim.radius_sigma, rim.center_sigma)
+    return found or search.anywhere()
 
 
 def boundary_of(

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coarse import Dark
+from .departure import RimPoints
 from .disc import Box
 from .fit import Circle, fit_offsets
 from .frame import Frame
-from .rim import DIRECTIONS, Rim, base, directions, inside_box, profiles
+from .rim import DIRECTIONS, Rim, angles, base, directions, inside_box, profiles
 
 Array = NDArray[np.float32]
 
@@ -124,6 +125,7 @@ def _fit_fade(
         count,
         sharpness=0.0,
         evidence=math.inf if is_circle else 0.0,
+        points=RimPoints(angles()[seen[usable]], offset, fitted),
     )
     return rim, float(-np.mean(slope[usable[good]]))
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coarse import Dark
-from .disc import Box, lies_within
+from .departure import RimPoints
+from .disc import Box, lies_within, whole_frame
 from .fit import Circle, fit_offsets
 from .frame import Frame
 
@@ -33,6 +34,8 @@ _FEWEST = 6
 _ALL = np.ones(DIRECTIONS, np.bool_)
 # A peak flatter than this, in levels, is none: its place is that of its highest sample.
 _LEAST_BEND = np.float32(1e-3)
+# Samples between two circles.
+_BETWEEN = 24
 # Samples of a profile, and edges in it.
 _SAMPLES = 2 * _REACH + 1
 _EDGES = _SAMPLES - 2 * _MEAN
@@ -53,14 +56,20 @@ class Rim(NamedTuple):
     on_circle: int  # of which the fall lies on the circle
     sharpness: float  # the fall over the middle half of the window as a share of the whole
     evidence: float  # natural log of the odds against so good an agreement by chance
+    points: RimPoints  # what the circle was fitted to
+
+
+@lru_cache(maxsize=2)
+def angles(count: int = DIRECTIONS) -> Array:
+    """Return the angles of ``count`` radii, in radians."""
+    # Half a step off the axes, where the frame's own edges and interlacing would meet a radius head on.
+    return ((np.arange(count) + 0.5) * (2 * np.pi / count)).astype(np.float32)
 
 
 @lru_cache(maxsize=2)
 def directions(count: int = DIRECTIONS) -> tuple[Array, Array]:
     """Return the cosines and sines of ``count`` radii."""
-    # Half a step off the axes, where the frame's own edges and interlacing would meet a radius head on.
-    angle = (np.arange(count) + 0.5) * (2 * np.pi / count)
-    return np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)
+    return np.cos(angles(count)), np.sin(angles(count))
 
 
 @lru_cache(maxsize=1)
@@ -102,11 +111,12 @@ def _around() -> NDArray[np.intp]:
 def profiles(frame: Frame, circle: Circle, offsets: Array, along: tuple[Array, Array]) -> Array:
     """Sample at ``circle.radius + offsets`` px ``along`` radii, cosines and sines (n,) of their angles.
 
-    Returns float32 (n, len(offsets)) in 8-bit levels; beyond the frame its last pixels go on.
+    ``offsets`` (m,) are for all of them, (n, m) for each its own. Returns float32 (n, m) in 8-bit levels;
+    beyond the frame its last pixels go on.
     """
     cosine, sine = along
     radius = offsets + np.float32(circle.radius)
-    map_x, map_y = np.multiply.outer(cosine, radius), np.multiply.outer(sine, radius)
+    map_x, map_y = cosine[:, None] * radius, sine[:, None] * radius
     map_x += np.float32(circle.x)
     map_y += np.float32(circle.y)
     if frame.pixel_aspect != 1:
@@ -117,6 +127,24 @@ def profiles(frame: Frame, circle: Circle, offsets: Array, along: tuple[Array, A
     if frame.unit > 1:
         sampled *= np.float32(1 / frame.unit)
     return sampled
+
+
+def rise_between(frame: Frame, inner: Circle, outer: Circle) -> Array:
+    """Return how much brighter it becomes outwards between two circles, the one about the other.
+
+    In 8-bit levels, along the radii of the inner one that stay in the frame: (n,).
+    """
+    box = whole_frame(frame.size, frame.pixel_aspect)
+    where = inside_box(outer, 0, box)
+    cosine, sine = directions()
+    dx, dy = inner.x - outer.x, inner.y - outer.y
+    across, along = dx * sine - dy * cosine, dx * cosine + dy * sine
+    width = np.sqrt(outer.radius**2 - across**2) - along - inner.radius
+    share = np.linspace(0, 1, _BETWEEN, dtype=np.float32)
+    offsets = np.maximum(width, 0)[where, None] * share
+    profile = profiles(frame, inner, offsets, (cosine[where], sine[where]))
+    rise = profile - np.minimum.accumulate(profile, axis=1)
+    return np.asarray(rise.max(axis=1), np.float32)
 
 
 def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:
@@ -166,9 +194,8 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
     count = int(np.count_nonzero(is_rim))
     if count < _FEWEST:
         return None
-    fitted = fit_offsets(
-        base().compress(is_rim, axis=1), offset.compress(is_rim), 0.25 * spacing, half / 3
-    )
+    met = offset.compress(is_rim)
+    fitted = fit_offsets(base().compress(is_rim, axis=1), met, 0.25 * spacing, half / 3)
     if fitted is None:
         return None
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + fitted.by.radius)
@@ -187,6 +214,7 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         on_circle,
         _sharpness((is_rim.astype(np.float32) @ readings).tolist()[_EDGES + 1 :]),
         on_circle * math.log(gain),
+        RimPoints(angles().compress(is_rim), met, fitted),
     )
 
 

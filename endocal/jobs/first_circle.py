@@ -57,7 +57,7 @@ def first_circle(ahead: Ahead, table: ZoomTable, lookup: str, follows_shift: boo
             continue
         place, diameter = located.boundary.center, located.boundary.diameter
         boundary = boundary_of(place, diameter, table.size, table.pixel_aspect)
-        sigma = located.diameter_sigma / diameter
+        sigma = located.uncertainty / diameter
         shift = (offset(place, table.circle_at(diameter)) if follows_shift else None) or (0.0, 0.0)
         model = shifted(table.at(boundary, lookup), shift)
         estimate = ZoomEstimate(model, None, diameter, "held", sigma, shift)
