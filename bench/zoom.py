@@ -1,9 +1,9 @@
 """Print how well the zoom is found, tabulated and followed: ``make bench-zoom``.
 
-On a fixed seed and a fresh one: the visible circle on frames with known truth, trouble by trouble, and on
-frames without one; the zoom table's look-ups on settings held out; and the zoom of rendered clips, frame by
-frame. Then how fast the circle is found, and what a changing zoom costs the resampling. The worst cases are
-named by their seeds. ``--json FILE`` writes all of it.
+On a fixed seed and a fresh one: the visible circle on frames with known truth, trouble by trouble, with
+what else may be about it, and on frames without one; the zoom table's look-ups on settings held out; and
+the zoom of rendered clips, frame by frame. Then how fast the circle is found, and what a changing zoom costs
+the resampling. The worst cases are named by their seeds. ``--json FILE`` writes all of it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from endocal.benchmarks import boundary, remap, rims, zoom
+from endocal.benchmarks import boundary, looks, remap, rims, zoom
 from endocal.benchmarks.rim_frames import TROUBLES
 from endocal.zoom.follow import FollowSpec
 
@@ -32,6 +32,7 @@ def main() -> None:
         report[name] = {
             "seed": seed,
             "rims": print_rims(seed, args.frames),
+            "looks": print_looks(seed, args.frames),
             "plain": print_plain(seed, args.plain),
             "lookups": print_lookups(seed),
             "clips": print_clips(seed, args.seconds),
@@ -61,6 +62,15 @@ def print_rims(seed: int, frames: int) -> list[object]:
             f"  {s.trouble:<16}{s.diameter[0]:18.2f}{s.diameter[1]:7.2f}"
             f"{s.center[0]:16.2f}{s.center[1]:7.2f}{s.missed:9d}   {s.worst_error:.2f} (seed {s.worst})"
         )
+    return [s.data() for s in scores]
+
+
+def print_looks(seed: int, frames: int) -> list[object]:
+    tell("what else is about the circle:  right   none   wrong")
+    scores = [looks.score_look(kind, range(seed, seed + frames)) for kind in looks.LOOKS]
+    for s in scores:
+        named = f"   (seeds {', '.join(map(str, s.wrong))})" if s.wrong else ""
+        tell(f"  {s.kind:<18}{s.found:17d}{s.none:7d}{len(s.wrong):8d}{named}")
     return [s.data() for s in scores]
 
 

@@ -23,6 +23,9 @@ _LINES = 120
 _STRAIGHT = 0.45
 # Every so many rows and columns of samples are scanned for the rim.
 _ROWS, _COLUMNS = 3, 4
+# Content that lasts goes on inwards for so many samples, a tenth of the lines: a ring of reflections or a
+# line of text about the circle does not.
+_LASTING = _LINES // 10
 # By so many samples the scan finds the rim too far out, as a rule.
 _WIDENING = 0.75
 # Side of a corner's patch, in samples; which of them, in order, is the middle one, and which is one standard
@@ -121,16 +124,17 @@ def _corner_places() -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def first_circle(
-    frame: Frame, samples: Samples, radii: tuple[float, float]
+    frame: Frame, samples: Samples, radii: tuple[float, float], lasting: bool = False
 ) -> tuple[Circle, Box] | None:
-    """Fit a circle to where rows and columns first meet content, coming from outside.
+    """Fit a circle to where rows and columns first meet content, coming from outside; if ``lasting``, none
+    that ends again soon.
 
     ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
     where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
     """
     step = samples.step
     ax = frame.pixel_aspect * step
-    points, edges = _scan(samples, frame.pixel_aspect)
+    points, edges = _scan(samples, frame.pixel_aspect, lasting)
     circle = consensus_circle(points, radii, 1.5 * step)
     if circle is None:
         return None
@@ -149,7 +153,7 @@ def first_circle(
     return circle, box
 
 
-def _scan(samples: Samples, pixel_aspect: float) -> tuple[Array, list[int]]:
+def _scan(samples: Samples, pixel_aspect: float, lasting: bool) -> tuple[Array, list[int]]:
     """Return where the content begins along rows and columns, from both ends: (2, n), in square pixels.
 
     Straight edges of the content are left out; they come as a list: how many samples lie beyond the left,
@@ -158,10 +162,11 @@ def _scan(samples: Samples, pixel_aspect: float) -> tuple[Array, list[int]]:
     values, threshold = samples.values, samples.dark.threshold
     lit = above(values, threshold)
     upright, turned = lit[::_ROWS], np.ascontiguousarray(lit.T[::_COLUMNS])
+    views = [upright, upright[:, ::-1], turned, turned[:, ::-1]]
+    if lasting:
+        views = [_lasting(view) for view in views]
     # Along each line, how many samples come before the first lit one, from either end.
-    first = np.concatenate(
-        [lines.argmax(axis=1) for lines in (upright, upright[:, ::-1], turned, turned[:, ::-1])]
-    )
+    first = np.concatenate([lines.argmax(axis=1) for lines in views])
     # A line without content has 0 here, as one whose content touches the frame's edge; neither is a rim.
     keep = first > 1
     n, m = len(upright), len(turned)
@@ -201,6 +206,13 @@ def _scan_lines(height: int, width: int, step: int, pixel_aspect: float) -> tupl
 def above(values: NDArray[np.uint8], threshold: float) -> NDArray[np.bool_]:
     """Say which values exceed the threshold; comparing bytes with bytes is five times as fast."""
     return values > np.uint8(min(max(threshold, 0.0), 255.0))
+
+
+def _lasting(lines: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say from which samples on a line, (n, m), the next ones are lit as well."""
+    ahead = np.ones((1, _LASTING), np.uint8)
+    eroded = cv2.erode(np.ascontiguousarray(lines, np.uint8), ahead, anchor=(0, 0))
+    return np.asarray(eroded, np.bool_)
 
 
 def _straight_edge(first: NDArray[np.intp]) -> int:

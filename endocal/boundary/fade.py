@@ -33,6 +33,12 @@ _ROUNDS = 4
 _TEXTURE = 0.15
 # The crossings' scatter and the centre's standard deviation, of the radius, in what still is a circle.
 _TOLERANCE, _CENTER_TOLERANCE = 0.02, 0.007
+# A fade leaves black with a kink: so much of its brightness at the inner end is due to the slope there. With
+# less it is a glow about the circle, which has no end; with more the shoulder of a step.
+_KINK = (0.6, 1.5)
+# Nor is there a step in it: half of the profiles fall by no more than this share of their brightness within
+# so many samples, 2 % of the radius.
+_FALL, _WITHIN = 0.45, 4
 # A fade takes longer than a step, so that more of the visible rim has to show it.
 _SUPPORT = 0.6
 # Fewer radii than this do not tell a fade.
@@ -102,14 +108,13 @@ def _fit_fade(
     average = profile[usable[good]].mean(axis=0)
     if average[0] < _GROWTH * average[_SAMPLES // 3]:
         return None
-    reach = _hinge(offsets, _unclipped(average + black, dark.noise) - _unclipped(black, dark.noise))
-    is_in_window = reach is not None
-    if reach is None:
-        # Outside the window: the lines at least lead there, for the next round.
-        reach = fitted.by.radius
+    hinge = _hinge(offsets, _unclipped(average + black, dark.noise) - _unclipped(black, dark.noise))
+    # Outside the window the lines at least lead there, for the next round.
+    reach, kink = hinge or (fitted.by.radius, 0.0)
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + reach)
     is_circle = (
-        is_in_window
+        _KINK[0] < kink < _KINK[1]
+        and _steepest(profile[usable[good]]) <= _FALL
         and count >= _SUPPORT * len(seen)
         and fitted.scale <= _TOLERANCE * circle.radius
         and fitted.center_sigma <= _CENTER_TOLERANCE * circle.radius
@@ -168,8 +173,19 @@ def _hinge_bases() -> tuple[NDArray[np.intp], Array]:
     return candidates, np.stack(bases).astype(np.float32)
 
 
-def _hinge(offsets: Array, average: Array) -> float | None:
-    """Find the offset, px, at which a fading profile reaches black; None at the window's ends."""
+def _steepest(profile: Array) -> float:
+    """Return the share of its brightness that the median profile, (n, _SAMPLES) over black, loses at once."""
+    smooth = profile[:, :-2] + profile[:, 1:-1] + profile[:, 2:]
+    fall = (smooth[:, :-_WITHIN] - smooth[:, _WITHIN:]).max(axis=1) / 3
+    return float(np.median(fall / profile[:, :_OUTSIDE].mean(axis=1)))
+
+
+def _hinge(offsets: Array, average: Array) -> tuple[float, float] | None:
+    """Find where a fading profile reaches black; None at the window's ends.
+
+    Returns the offset, px, and the share of the rise from there to the window's inner end that is due to the
+    slope at that place, 1 for a straight one.
+    """
     candidates, bases = _hinge_bases()
     fitted = average @ bases
     explained = (fitted * fitted).sum(axis=1)
@@ -178,4 +194,9 @@ def _hinge(offsets: Array, average: Array) -> float | None:
         return None
     before, middle, after = explained[best - 1 : best + 2].tolist()
     fraction = 0.5 * (before - after) / (before - 2 * middle + after)
-    return float(offsets[candidates[best]]) + fraction * float(offsets[1] - offsets[0])
+    reach = float(offsets[candidates[best]]) + fraction * float(offsets[1] - offsets[0])
+    depth = np.maximum(offsets[candidates[best]] - offsets, 0)
+    curve = np.stack([depth, depth * depth, np.ones_like(depth)], axis=1)
+    slope, bend, _ = np.linalg.lstsq(curve, average, rcond=None)[0]
+    straight, bent = float(slope * depth[0]), float(bend * depth[0] ** 2)
+    return reach, straight / (straight + bent) if straight + bent > 0 else 0.0

@@ -15,7 +15,7 @@ from .disc import Box, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
 from .frame import Frame
-from .rim import DIRECTIONS, Rim, look
+from .rim import DIRECTIONS, Rim, look, rise_between
 
 # A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
 _SHARP = 0.6
@@ -23,6 +23,11 @@ _SHARP = 0.6
 _PLAIN = 0.8
 # A rim found further off than this, in halves of the window, is looked at again from where it is.
 _NEAR = 0.5
+# A ring's circle is wider than that inside it by this share of its radius at least. Between them it becomes
+# brighter again, on so many of the radii.
+_WIDER, _RING = 0.02, 0.25
+# To see a ring apart from what it surrounds, content counts above these shares of the way to bright content.
+_RING_LEVELS = (0.10, 0.25, 0.50)
 # The least radii, of all that are looked along, on which a circle may rest.
 _LEAST_SUPPORT = 0.06 * DIRECTIONS
 # Glare has died away this far out, in radii of the circle; from there on the outside is within this many
@@ -83,23 +88,42 @@ class Search:
 
     def anywhere(self) -> tuple[Rim, Box] | None:
         """Find the rim from the samples alone."""
-        for search in self._with_glare():
+        for search in self._with_glare(self.spec.glare):
             found = first_circle(self.frame, search.samples, self.radii)
             if found is None:
                 continue
             circle, box = found
             rim = search._measure(circle, box)
             if rim is not None:
-                return rim, box
+                return search._without_ring(rim, box)
         return None
 
-    def _with_glare(self) -> Iterator[Search]:
-        """Yield this search, and then those that bear glare outside the circle."""
+    def _without_ring(self, rim: Rim, box: Box) -> tuple[Rim, Box] | None:
+        """Return the rim, unless it is that of a ring of reflections about the circle.
+
+        Then the circle itself, if it limits the content, or None.
+        """
+        for search in self._with_glare(_RING_LEVELS):
+            found = first_circle(self.frame, search.samples, self.radii, lasting=True)
+            if found is None or not _is_inside(found[0], rim.circle):
+                continue
+            inner = search._narrow(*found)
+            if inner is None or not search._is_circle(inner, found[1]):
+                continue
+            if inner.on_circle * rim.visible < rim.on_circle * inner.visible:
+                continue
+            rises = rise_between(self.frame, inner.circle, rim.circle)
+            if np.count_nonzero(rises > self.samples.dark.contrast) > _RING * len(rises):
+                return (inner, found[1]) if search._is_content_limit(inner, found[1]) else None
+        return rim, box
+
+    def _with_glare(self, shares: tuple[float, ...]) -> Iterator[Search]:
+        """Yield this search, and then those that bear glare, up to each of the ``shares``."""
         yield self
         dark = self.samples.dark
         bright = float(np.percentile(self.samples.values, 95))
         last = dark.threshold
-        for share in self.spec.glare:
+        for share in shares:
             threshold = dark.level + share * (bright - dark.level)
             if threshold > 1.2 * last:
                 last = threshold
@@ -153,6 +177,10 @@ class Search:
         The circle must be seen over enough of itself, few edges may contradict it, and everything
         outside it, near and far, must be as dark as the darkest corner.
         """
+        return rim is not None and self._is_circle(rim, box) and self._is_dark_outside(rim.circle)
+
+    def _is_circle(self, rim: Rim | None, box: Box) -> bool:
+        """Say whether a circle is plainly seen, over enough of itself, with dark along it."""
         if rim is None:
             return False
         spec, circle, radii = self.spec, rim.circle, self.radii
@@ -163,7 +191,6 @@ class Search:
             and rim.on_circle >= spec.min_agreement * rim.edges
             and rim.dark >= (1 - spec.max_bright_outside) * rim.visible
             and rim.evidence >= spec.min_evidence
-            and self._is_dark_outside(circle)
         )
 
     def _is_dark_outside(self, circle: Circle) -> bool:
@@ -197,6 +224,13 @@ class Search:
     ) -> bool:
         allowed = self.spec.max_bright_outside * int(np.count_nonzero(where)) + spared
         return int(np.count_nonzero(where & exceptions)) <= allowed
+
+
+def _is_inside(inner: Circle, outer: Circle) -> bool:
+    """Say whether a smaller circle lies inside another; they may touch."""
+    farthest = math.hypot(inner.x - outer.x, inner.y - outer.y) + inner.radius
+    is_smaller = inner.radius < (1 - _WIDER) * outer.radius
+    return is_smaller and farthest < (1 + _WIDER / 2) * outer.radius
 
 
 @lru_cache(maxsize=4)
