@@ -88,12 +88,17 @@ class Search:
 
     def anywhere(self) -> tuple[Rim, Box] | None:
         """Find the rim from the samples alone."""
+        first = []
         for search in self._with_glare(self.spec.glare):
             found = first_circle(self.frame, search.samples, self.radii)
             if found is None:
                 continue
-            circle, box = found
-            rim = search._measure(circle, box)
+            first.append((search, *found))
+            rim = search._measure(*found)
+            if rim is not None:
+                return search._without_ring(rim, found[1])
+        for search, circle, box in first:
+            rim = search._measure_wide(circle, box)
             if rim is not None:
                 return search._without_ring(rim, box)
         return None
@@ -139,9 +144,13 @@ class Search:
         faded = look_faded(self.frame, circle, box, self.samples.dark)
         if self._is_content_limit(faded, box):
             return faded
+        return rim if self._is_content_limit(rim, box) else None
+
+    def _measure_wide(self, circle: Circle, box: Box) -> Rim | None:
+        """Measure the rim further about a first circle."""
         wide = self._wide(circle, box)
         sharp = None if wide is None else self._narrow(wide.circle, box)
-        for again in (rim, sharp, wide):
+        for again in (sharp, wide):
             if self._is_content_limit(again, box):
                 return again
         return None

@@ -211,6 +211,15 @@ def test_a_real_rim_that_is_cut_is_off_by_no_more_than_it_says(real_data: Path, 
         assert off <= 2.5 * located.uncertainty
 
 
+def test_a_glare_beyond_a_part_of_the_rim_leads_no_wider_look_astray(real_data: Path) -> None:
+    # On the right, tissue at the rim is so bright that the outside is as bright as the content on the left.
+    picture = cv2.imread(str(real_data / "endoscopy/t80_VID03_000000.png"))
+    for height in (336, 384, 432, 480):
+        found = find_boundary(np.ascontiguousarray(picture[:height]))
+        assert found is not None
+        assert found.diameter == pytest.approx(866, abs=3)
+
+
 # What the eye reads off enlargements of these pictures: diameter and centre, px.
 REAL = {
     "endoscopy/box_trainer_full_circle.jpg": (984, (648, 507)),
