@@ -34,8 +34,9 @@ _FEWEST = 6
 _ALL = np.ones(DIRECTIONS, np.bool_)
 # A peak flatter than this, in levels, is none: its place is that of its highest sample.
 _LEAST_BEND = np.float32(1e-3)
-# Samples between two circles.
-_BETWEEN = 24
+# Samples between two circles, along every so manieth radius. What is brighter than the last, in levels over
+# black, is no noise.
+_BETWEEN, _SKIPPED, _PLAIN_LEVEL = 48, 4, 12.0
 # Samples of a profile, and edges in it.
 _SAMPLES = 2 * _REACH + 1
 _EDGES = _SAMPLES - 2 * _MEAN
@@ -129,22 +130,25 @@ def profiles(frame: Frame, circle: Circle, offsets: Array, along: tuple[Array, A
     return sampled
 
 
-def rise_between(frame: Frame, inner: Circle, outer: Circle) -> Array:
-    """Return how much brighter it becomes outwards between two circles, the one about the other.
+def dips_between(frame: Frame, inner: Circle, outer: Circle, black: float) -> float:
+    """Return on which share of the radii a dark gap lies between two circles, the one inside the other.
 
-    In 8-bit levels, along the radii of the inner one that stay in the frame: (n,).
+    There the picture, over its ``black`` (8-bit levels), falls to half and less of what follows further out.
+    Only radii that stay in the frame count.
     """
-    box = whole_frame(frame.size, frame.pixel_aspect)
-    where = inside_box(outer, 0, box)
-    cosine, sine = directions()
+    cosine, sine = (v[::_SKIPPED] for v in directions())
+    # Where a radius from the inner circle's centre meets the outer circle.
     dx, dy = inner.x - outer.x, inner.y - outer.y
     across, along = dx * sine - dy * cosine, dx * cosine + dy * sine
-    width = np.sqrt(outer.radius**2 - across**2) - along - inner.radius
+    width = np.sqrt(outer.radius**2 - across * across) - along - np.float32(inner.radius)
+    where = _inside(inner, cosine, sine, width, whole_frame(frame.size, frame.pixel_aspect))
     share = np.linspace(0, 1, _BETWEEN, dtype=np.float32)
-    offsets = np.maximum(width, 0)[where, None] * share
-    profile = profiles(frame, inner, offsets, (cosine[where], sine[where]))
-    rise = profile - np.minimum.accumulate(profile, axis=1)
-    return np.asarray(rise.max(axis=1), np.float32)
+    profile = profiles(frame, inner, np.maximum(width, 0)[:, None] * share, (cosine, sine))
+    profile -= np.float32(black)
+    beyond = np.maximum.accumulate(profile[:, ::-1], axis=1)[:, ::-1]
+    # The level must not pass for its own noise.
+    dips = ((2 * profile < beyond) & (beyond > _PLAIN_LEVEL)).any(axis=1)
+    return float(np.count_nonzero(dips & where)) / max(int(np.count_nonzero(where)), 1)
 
 
 def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:

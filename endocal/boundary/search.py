@@ -15,7 +15,7 @@ from .disc import Box, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
 from .frame import Frame
-from .rim import DIRECTIONS, Rim, look, rise_between
+from .rim import DIRECTIONS, Rim, dips_between, look
 
 # A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
 _SHARP = 0.6
@@ -23,9 +23,9 @@ _SHARP = 0.6
 _PLAIN = 0.8
 # A rim found further off than this, in halves of the window, is looked at again from where it is.
 _NEAR = 0.5
-# A ring's circle is wider than that inside it by this share of its radius at least. Between them it becomes
-# brighter again, on so many of the radii.
-_WIDER, _RING = 0.02, 0.25
+# A ring's circle is wider than that inside it, by this share of its radius at least and seldom by more than a
+# quarter. Between them lies a dark gap, on so many of the radii.
+_WIDER, _WITHIN, _RING = 0.02, 0.75, 0.12
 # To see a ring apart from what it surrounds, content counts above these shares of the way to bright content.
 _RING_LEVELS = (0.10, 0.25, 0.50)
 # The least radii, of all that are looked along, on which a circle may rest.
@@ -108,6 +108,10 @@ class Search:
 
         Then the circle itself, if it limits the content, or None.
         """
+        within = rim.circle._replace(radius=_WITHIN * rim.circle.radius)
+        black = self.samples.dark.level
+        if dips_between(self.frame, within, rim.circle, black) < _RING:
+            return rim, box
         for search in self._with_glare(_RING_LEVELS):
             found = first_circle(self.frame, search.samples, self.radii, lasting=True)
             if found is None or not _is_inside(found[0], rim.circle):
@@ -117,8 +121,7 @@ class Search:
                 continue
             if inner.on_circle * rim.visible < rim.on_circle * inner.visible:
                 continue
-            rises = rise_between(self.frame, inner.circle, rim.circle)
-            if np.count_nonzero(rises > self.samples.dark.contrast) > _RING * len(rises):
+            if dips_between(self.frame, inner.circle, rim.circle, black) > _RING:
                 return (inner, found[1]) if search._is_content_limit(inner, found[1]) else None
         return rim, box
 
