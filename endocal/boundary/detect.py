@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .circle import Boundary
-from .coarse import thin
+from .coarse import Samples, thin
 from .departure import RimPoints, radius_departure
 from .disc import Box, disc_area, visible_fraction, whole_frame
 from .fit import Circle
-from .frame import frame_of
+from .frame import Frame, frame_of
+from .panel import picture_between_panels
 from .rim import Rim
 from .search import BoundarySpec, Search
 
@@ -92,14 +93,36 @@ def _search(
     """Find the rim and the box that holds the content, in square pixels."""
     frame = frame_of(image, pixel_aspect)
     samples = thin(frame)
-    if samples is None or samples.dark.level > spec.max_black:
+    if samples is None:
         return None
-    search = Search(frame, samples, spec)
     found = None
-    if guess is not None:
-        x, y = guess.center
-        found = search.near(Circle(x * pixel_aspect, y, guess.diameter / 2))
-    return found or search.anywhere()
+    if samples.dark.level <= spec.max_black:
+        search = Search(frame, samples, spec)
+        if guess is not None:
+            x, y = guess.center
+            found = search.near(Circle(x * pixel_aspect, y, guess.diameter / 2))
+        found = found or search.anywhere()
+    return found or _beside_panels(frame, samples, spec)
+
+
+def _beside_panels(frame: Frame, samples: Samples, spec: BoundarySpec) -> tuple[Rim, Box] | None:
+    """Find the rim in what panels leave of the frame, if there are any."""
+    left = picture_between_panels(samples)
+    if left is None:
+        return None
+    rows, columns = (slice(s.start * samples.step, s.stop * samples.step) for s in left)
+    picture = frame._replace(luma=frame.luma[rows, columns])
+    thinned = thin(picture)
+    if thinned is None or thinned.dark.level > spec.max_black:
+        return None
+    found = Search(picture, thinned, spec).anywhere()
+    if found is None:
+        return None
+    rim, box = found
+    x, y = columns.start * frame.pixel_aspect, float(rows.start)
+    circle = rim.circle._replace(x=rim.circle.x + x, y=rim.circle.y + y)
+    moved = Box(box.left + x, box.top + y, box.right + x, box.bottom + y)
+    return rim._replace(circle=circle), moved
 
 
 def boundary_of(

@@ -1,0 +1,37 @@
+"""Panels beside the picture: text, a second picture, whatever a recorder burns in next to the endoscope's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .coarse import Samples
+
+# A panel is split from the picture by a straight edge along so much of the frame's height or width, ...
+_STRAIGHT = 0.9
+# ... between two samples next but one to each other, as the samples are smoothed, ...
+_APART = 2
+# ... and takes up no more than this of the frame, each side alone.
+_WIDEST = 0.5
+
+
+def picture_between_panels(samples: Samples) -> tuple[slice, slice] | None:
+    """Return the rows and columns of samples that panels leave of the frame; None where there is none."""
+    columns = _between(samples.values, samples.dark.contrast)
+    rows = _between(samples.values.T, samples.dark.contrast)
+    h, w = samples.values.shape
+    return None if (rows, columns) == (slice(0, h), slice(0, w)) else (rows, columns)
+
+
+def _between(values: NDArray[np.uint8], contrast: float) -> slice:
+    """Return the columns of ``values`` (n, m) between the innermost edges that go from top to bottom."""
+    width = values.shape[1]
+    levels = values.astype(np.int16)
+    step = np.abs(levels[:, _APART:] - levels[:, :-_APART]) > contrast
+    # The sample between the two whose step it is.
+    edges = np.flatnonzero(step.mean(axis=0) > _STRAIGHT) + _APART // 2
+    left = edges[edges < _WIDEST * width]
+    right = edges[edges > (1 - _WIDEST) * width]
+    begin = int(left.max()) + _APART if len(left) else 0
+    end = int(right.min()) - _APART + 1 if len(right) else width
+    return slice(begin, end)

@@ -1,0 +1,39 @@
+"""Panels beside the picture are told from it by their straight edge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from endocal.benchmarks.rim_frames import random_rim_frame
+from endocal.boundary.coarse import thin
+from endocal.boundary.detect import find_boundary
+from endocal.boundary.frame import frame_of
+from endocal.boundary.panel import picture_between_panels
+
+SIZE = (720, 540)
+
+
+@pytest.mark.parametrize("level", [25, 90, 230])
+@pytest.mark.parametrize("where", ["left", "right", "top", "both"])
+def test_the_circle_beside_a_panel_is_that_of_the_picture_alone(level: int, where: str) -> None:
+    frame = random_rim_frame(3, "instruments", SIZE)
+    alone = find_boundary(frame.image)
+    assert alone is not None
+    wide = {"left": [(0, 0), (200, 0)], "right": [(0, 0), (0, 200)], "top": [(150, 0), (0, 0)]}
+    pads = wide.get(where, [(0, 0), (120, 90)])
+    found = find_boundary(np.pad(frame.image, pads, constant_values=level))
+    assert found is not None
+    x, y = alone.center
+    # The picture is thinned at other pixels, so that the way to the rim is another.
+    assert found.center == pytest.approx((x + pads[1][0], y + pads[0][0]), abs=0.1)
+    assert found.diameter == pytest.approx(alone.diameter, abs=0.1)
+    assert found.area == pytest.approx(alone.area, rel=1e-3)
+
+
+@pytest.mark.parametrize("trouble", ["plain", "logos", "cut 2 sides", "cut 4 sides"])
+def test_a_picture_alone_has_no_panel(trouble: str) -> None:
+    for seed in range(4):
+        samples = thin(frame_of(random_rim_frame(seed, trouble).image, 1.0))
+        assert samples is not None
+        assert picture_between_panels(samples) is None
