@@ -11,8 +11,8 @@ from .coarse import Samples
 _STRAIGHT = 0.9
 # ... between two samples next but one to each other, as the samples are smoothed, ...
 _APART = 2
-# ... and takes up no more than this of the frame, each side alone.
-_WIDEST = 0.5
+# ... and lies in either half of the frame, so that the picture has more than this of it.
+_LEAST = 0.5
 
 
 def picture_between_panels(samples: Samples) -> tuple[slice, slice] | None:
@@ -30,8 +30,7 @@ def _between(values: NDArray[np.uint8], contrast: float) -> slice:
     step = np.abs(levels[:, _APART:] - levels[:, :-_APART]) > contrast
     # The sample between the two whose step it is.
     edges = np.flatnonzero(step.mean(axis=0) > _STRAIGHT) + _APART // 2
-    left = edges[edges < _WIDEST * width]
-    right = edges[edges > (1 - _WIDEST) * width]
+    left, right = edges[edges < width / 2], edges[edges > width / 2]
     begin = int(left.max()) + _APART if len(left) else 0
     end = int(right.min()) - _APART + 1 if len(right) else width
-    return slice(begin, end)
+    return slice(begin, end) if end - begin > _LEAST * width else slice(0, width)

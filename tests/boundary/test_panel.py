@@ -37,3 +37,15 @@ def test_a_picture_alone_has_no_panel(trouble: str) -> None:
         samples = thin(frame_of(random_rim_frame(seed, trouble).image, 1.0))
         assert samples is not None
         assert picture_between_panels(samples) is None
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_edges_through_the_middle_leave_no_picture(turned: bool) -> None:
+    striped = np.zeros((540, 720), np.uint8)
+    striped[:, 330:390:20] = 200
+    striped[:, 340:400:20] = 90
+    image = np.ascontiguousarray(striped.T) if turned else striped
+    samples = thin(frame_of(image, 1.0))
+    assert samples is not None
+    assert picture_between_panels(samples) is None
+    assert find_boundary(image) is None
