@@ -16,6 +16,7 @@ from .clock import USUAL_STEP, Elapsed, FrameClock
 from .doubt import GrowingDoubt
 from .rest import RestSpec, ZoomRest
 from .shift import CircleShift, ShiftSpec, shifted
+from .slow import SlowSpec, SlowZoom
 from .smooth import DiameterFilter, SmoothingSpec
 from .table import LOOKUPS, ZoomTable
 from .track import ScaleTracker, TrackingSpec
@@ -32,9 +33,8 @@ class FollowSpec:
     ``lookup`` is one of LOOKUPS. The distortion centre follows the circle's shift on the sensor if it
     ``follows_shift``, else it is the table's at that diameter. ``assume_diameter`` (px) holds until a rim is
     seen, to within ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still``
-    (relative, least and most) before the model changes. Tracked estimates grow less certain as ``rest`` says,
-    and by ``ambiguous`` of how far the picture has dilated at most, since the rim was last seen, without
-    telling why. Held ones grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps
+    (relative, least and most) before the model changes. Tracked estimates grow less certain as ``rest`` and
+    ``slow`` say. Held ones grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps
     its sign for ``memory`` s, and so long a zoom may go on that nothing tells any more. Past ``limit`` the
     tracking is given up, and the last estimate held.
     """
@@ -44,7 +44,6 @@ class FollowSpec:
     assume_diameter: float | None = None
     assumed_sigma: float = 0.05
     still: tuple[float, float] = (4e-4, 1.5e-3)
-    ambiguous: float = 0.4
     held: float = 0.1
     memory: float = 0.7
     limit: float = 0.15
@@ -53,6 +52,7 @@ class FollowSpec:
     shift: ShiftSpec = field(default_factory=ShiftSpec)
     tracking: TrackingSpec = field(default_factory=TrackingSpec)
     rest: RestSpec = field(default_factory=RestSpec)
+    slow: SlowSpec = field(default_factory=SlowSpec)
 
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
@@ -86,12 +86,11 @@ class ZoomFollower:
         self._filter = DiameterFilter(spec.smoothing)
         self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
         self._rest = ZoomRest(spec.rest)
+        self._slow = SlowZoom(spec.slow)
         self._is_tracking = False
         self._doubt = GrowingDoubt(spec.memory)
         # The speed of a zoom, per s, that nothing tells any more; it may go on.
         self._abandoned = 0.0
-        # The picture's dilation since the rim was last seen that may be either's, and the most that it was.
-        self._dilated = self._most_dilated = 0.0
         self._clock = FrameClock()
         self._last: Boundary | None = None
         self._shift = CircleShift(table.circle_at, table.pixel_aspect, spec.shift)
@@ -143,11 +142,11 @@ class ZoomFollower:
         if located is None:
             return "given" if self._is_assumed and not tracked else tracked or "held"
         diameter = located.boundary.diameter
-        if not self._filter.correct(diameter, located.diameter_sigma / diameter):
-            return tracked or "held"
-        self._is_tracking = False
-        self._measure_shift(located)
-        return "rim"
+        if self._filter.correct(diameter, located.diameter_sigma / diameter):
+            self._is_tracking = False
+            self._measure_shift(located)
+            return "rim"
+        return tracked or "held"
 
     def _measure_shift(self, located: Located) -> None:
         if self._spec.follows_shift:
@@ -164,11 +163,11 @@ class ZoomFollower:
             if lost:
                 self._tracker.forget()
                 self._rest.forget(moves=state.is_moving)
+                self._slow.restart()
                 self._doubt.restart()
                 self._tracker.step(luma, self._table, state.diameter)
                 self._is_tracking = True
                 self._abandoned = 0.0
-                self._dilated = self._most_dilated = 0.0
             return ""
         step = None
         if self._sigma < spec.limit:
@@ -181,10 +180,10 @@ class ZoomFollower:
             return ""
         self._abandoned = 0.0
         zoom = self._rest.take(step, seconds)
-        if self._rest.rests:
-            self._dilated += zoom.open * (step.logarithm + step.approach)
-        self._most_dilated = max(self._most_dilated, abs(self._dilated))
-        state.scale(zoom.logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)), elapsed)
+        before = self._slow.logarithm
+        self._slow.take(zoom.seeming, zoom.seeming_doubt, seconds)
+        logarithm = zoom.logarithm + self._slow.logarithm - before
+        state.scale(logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)), elapsed)
         return "tracked"
 
     def _abandon(self, elapsed: Elapsed, seconds: float) -> None:
@@ -199,7 +198,7 @@ class ZoomFollower:
         """One standard deviation of the diameter, relative."""
         if not self._is_tracking:
             return self._filter.sigma
-        return math.hypot(self._filter.sigma, self._spec.ambiguous * self._most_dilated)
+        return math.hypot(self._filter.sigma, self._slow.sigma)
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:
         state, (least, most) = self._filter, self._spec.still

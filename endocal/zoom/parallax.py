@@ -57,9 +57,10 @@ class MotionSpec:
 class ScaleStep(NamedTuple):
     """The relative scale of the zoom between two frames, as a logarithm, and its standard deviation.
 
-    ``approach`` is by how much the camera came nearer meanwhile, in distances to the scene. Before anything
-    is expected of these two, the picture says of them (``information``, (2, 2)) @ (zoom, approach) =
-    ``target`` (2,), with the inverse of ``information`` as their covariance.
+    ``approach`` is by how much the camera came nearer meanwhile, and ``aside`` (2,) by how much it went
+    aside, in distances to the scene. Before anything is expected of zoom and approach, the picture says of
+    them (``information``, (2, 2)) @ (zoom, approach) = ``target`` (2,), with the inverse of ``information``
+    as their covariance.
     """
 
     logarithm: float
@@ -67,6 +68,7 @@ class ScaleStep(NamedTuple):
     approach: float
     information: Points
     target: Points
+    aside: Points
 
 
 class SceneShape:
@@ -135,7 +137,9 @@ class SceneShape:
         found = np.array([logarithm, motion[_APPROACH]])
         both = np.linalg.inv(covariance[np.ix_(_ALONG_AXIS, _ALONG_AXIS)])
         expected = np.diag(known[_ALONG_AXIS, _ALONG_AXIS])
-        return ScaleStep(logarithm, sigma, float(found[1]), both - expected, both @ found)
+        return ScaleStep(
+            logarithm, sigma, float(found[1]), both - expected, both @ found, motion[_SHIFT]
+        )
 
     def _known(self, rests: bool) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""

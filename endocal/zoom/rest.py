@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,7 +27,8 @@ class RestSpec:
     """What is expected of zooms and hands; it is weighed over ``window`` s.
 
     A moving zoom changes by ``zoom``, a hand comes nearer by ``hand``, in a ``hurry`` (a probability) by
-    ``hurried``: relative per s, one standard deviation each. A resting zoom moves with the probability
+    ``hurried``: relative per s, one standard deviation each. A hand that has also gone aside within the last
+    ``roaming`` s comes nearer by ``aside`` of that besides. A resting zoom moves with the probability
     ``starts``, one that moved with ``goes_on``. Some zoom passes for approach, or the reverse, by ``mistake``
     per s (one standard deviation) since the scene is never quite known; what seemed a zoom at rest is such
     a mistake, remembered, and forgotten, within ``memory`` s. Once a zoom is noticed, what it did in the
@@ -39,6 +41,8 @@ class RestSpec:
     hand: float = 0.07
     hurried: float = 0.3
     hurry: float = 0.03
+    aside: float = 0.7
+    roaming: float = 2.0
     starts: float = 0.05
     goes_on: float = 0.6
     mistake: float = 0.02
@@ -48,12 +52,14 @@ class RestSpec:
 class ZoomShare(NamedTuple):
     """What of a step counts as zoom: a ``logarithm``, and the ``doubt`` of the zoom's speed, per s.
 
-    ``open`` says how far it is left open what was zoom: 0 where the picture tells, 1 where it tells nothing.
+    ``seeming`` is the logarithm that does not count since the zoom is taken to rest, and ``seeming_doubt``
+    one standard deviation of its speed, per s. What seemed so and counts after all is taken back there.
     """
 
     logarithm: float
     doubt: float
-    open: float
+    seeming: float
+    seeming_doubt: float
 
 
 class _Step:
@@ -62,6 +68,7 @@ class _Step:
     def __init__(self, step: ScaleStep, seconds: float) -> None:
         self.seconds = seconds
         self.seeming = 0.0
+        self.aside = step.aside
         self.information = step.information * seconds**2
         self._target = step.target * seconds
 
@@ -94,6 +101,8 @@ class ZoomRest:
         self._steps: deque[_Step] = deque()
         self._moves = False
         self._mistaken = 0.0
+        # The mean square of the speed aside, in one direction, (distances per s)^2.
+        self._roaming = 0.0
 
     @property
     def rests(self) -> bool:
@@ -112,7 +121,9 @@ class ZoomRest:
         steps.append(_Step(step, seconds))
         while len(steps) > 1 and sum(s.seconds for s in steps) > spec.history:
             self._remember(steps.popleft())
-        weighed = self._weigh()
+        late = self._late()
+        self._learn_roaming(late, seconds)
+        weighed = self._weigh(late)
         most = max(w.evidence for w in weighed)
         weights = np.exp([w.evidence - most for w in weighed])
         weights /= weights.sum()
@@ -122,37 +133,49 @@ class ZoomRest:
         told = max((w for w in weighed if w.moves), key=lambda w: w.evidence)
         off = [(w.zoom - best.zoom) ** 2 + w.variance for w in weighed]
         doubt = math.sqrt(float(weights @ off))
-        left_open = min(math.sqrt(told.variance) / spec.hand, 1.0)
         if not self._moves:
             steps[-1].seeming = told.zoom
-            return ZoomShare(0.0, doubt, left_open)
+            return ZoomShare(0.0, doubt, told.zoom * seconds, math.sqrt(told.variance))
         # What came before it was noticed is made up for.
         counted = [steps[-1]] if moved else list(steps)
         zoom = sum(s.zoom(best.hand) - s.seconds * self._mistaken for s in counted)
-        return ZoomShare(zoom, doubt, left_open)
+        seemed = sum(s.seeming * s.seconds for s in counted)
+        return ZoomShare(zoom, doubt, -seemed, 0.0)
 
     def _remember(self, step: _Step) -> None:
         """Take in what seemed a zoom and was none."""
         kept = math.exp(-step.seconds / self._spec.memory)
         self._mistaken = kept * self._mistaken + (1 - kept) * step.seeming
 
-    def _weigh(self) -> list[_Weighed]:
-        """Weigh a resting and a moving zoom, each with a usual and a hurried hand."""
-        spec = self._spec
+    def _late(self) -> list[_Step]:
+        """Return the steps of the last ``window`` s, the latest first."""
         late: list[_Step] = []
         seconds = 0.0
         for step in reversed(self._steps):
             seconds += step.seconds
-            if late and seconds > spec.window:
+            if late and seconds > self._spec.window:
                 break
             late.append(step)
+        return late
+
+    def _learn_roaming(self, late: Sequence[_Step], seconds: float) -> None:
+        """Take in how quickly the camera went aside of late; the mean over several steps is steadier."""
+        speed = sum(s.aside for s in late) / sum(s.seconds for s in late)
+        kept = math.exp(-seconds / self._spec.roaming)
+        self._roaming = kept * self._roaming + (1 - kept) * float(np.mean(np.square(speed)))
+
+    def _weigh(self, late: Sequence[_Step]) -> list[_Weighed]:
+        """Weigh a resting and a moving zoom, each with a usual and a hurried hand."""
+        spec = self._spec
         # The scene's shape and what does not fit it hardly change from one frame to the next, so that many
         # frames tell no more than one; their mean is steadier.
         information = _mixed(np.mean([s.information for s in late], axis=0), spec.mistake)
         target = information @ np.mean([s.speeds() for s in late], axis=0)
         moves = spec.goes_on if self._moves else spec.starts
+        roaming = spec.aside * math.sqrt(self._roaming)
         out = []
-        for hand, usual in ((spec.hand, 1 - spec.hurry), (spec.hurried, spec.hurry)):
+        for speed, usual in ((spec.hand, 1 - spec.hurry), (spec.hurried, spec.hurry)):
+            hand = math.hypot(speed, roaming)
             _, rest = _explain(information[1:, 1:], target[1:], np.array([hand]))
             out.append(_Weighed(False, rest + math.log(usual * (1 - moves)), 0.0, 0.0, 0.0))
             (found, covariance), zoom = _explain(information, target, np.array([spec.zoom, hand]))
