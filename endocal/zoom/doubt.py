@@ -23,14 +23,16 @@ class GrowingDoubt:
 
     def grow(self, deviation: float, seconds: float) -> float:
         """Return by how much the variance grows in ``seconds`` s, at a speed known to ``deviation`` per s."""
-        self._shared *= math.exp(-seconds / self._memory)
-        step = deviation * seconds
-        growth = step * (2 * self._shared + step)
-        self._shared += step
+        kept = math.exp(-seconds / self._memory)
+        # A speed off by one deviation now adds up to so much: time, as long as that is short.
+        reach = deviation * self._memory * (1 - kept)
+        own = doubt_after(deviation, self._memory, seconds) ** 2
+        growth = 2 * self._shared * reach + own
+        self._shared = kept * self._shared + reach
         return growth
 
 
 def doubt_after(deviation: float, memory: float, seconds: float) -> float:
-    """Return the standard deviation that ``GrowingDoubt`` comes to after ``seconds`` s in small steps."""
+    """Return the standard deviation that ``GrowingDoubt`` comes to after ``seconds`` s."""
     faded = 1 - math.exp(-seconds / memory)
     return deviation * math.sqrt(max(0.0, 2 * memory * (seconds - memory * faded)))

@@ -12,8 +12,8 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
-from .clock import USUAL_STEP, Elapsed, FrameClock
-from .doubt import GrowingDoubt
+from .clock import Elapsed, FrameClock
+from .doubt import GrowingDoubt, doubt_after
 from .rest import RestSpec, ZoomRest
 from .shift import CircleShift, ShiftSpec, shifted
 from .slow import SlowSpec, SlowZoom
@@ -146,6 +146,10 @@ class ZoomFollower:
             self._is_tracking = False
             self._measure_shift(located)
             return "rim"
+        if self._filter.is_pause(elapsed):
+            # What was before a pause says nothing against what is seen after it.
+            self._begin(located)
+            return "rim"
         return tracked or "held"
 
     def _measure_shift(self, located: Located) -> None:
@@ -154,12 +158,12 @@ class ZoomFollower:
 
     def _advance(self, luma: Luma, elapsed: Elapsed, lost: bool) -> str:
         """Predict this frame's diameter from the last; returns "tracked" where the picture told it."""
-        state, spec = self._filter, self._spec
-        # In a gap of a second or more, the doubt grows as in one frame.
-        seconds = elapsed.seconds if elapsed.seconds < 1 else USUAL_STEP
+        state, spec, seconds = self._filter, self._spec, elapsed.seconds
         if not self._is_tracking:
             # The speed so far carries over the first frame without a rim; the tracker starts from there.
             state.predict(elapsed)
+            if state.is_pause(elapsed):
+                state.widen(doubt_after(spec.held, spec.memory, seconds))
             if lost:
                 self._tracker.forget()
                 self._rest.forget(moves=state.is_moving)

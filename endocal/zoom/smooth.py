@@ -152,6 +152,14 @@ class DiameterFilter:
         self._speed *= ratio
         self._p = (self._p[0], self._p[1] * ratio, self._p[2] * ratio**2)
 
+    def widen(self, sigma: float) -> None:
+        """Let the estimate be less certain by ``sigma``, relative: something may have happened unseen."""
+        self._p = (self._p[0] + sigma * sigma, *self._p[1:])
+
+    def is_pause(self, elapsed: Elapsed) -> bool:
+        """Say whether so much went by that nothing from before counts against a measurement."""
+        return elapsed.seconds > self._spec.lasts and elapsed.frames > self._spec.lasts_frames
+
     def stop(self) -> None:
         """Forget the speed: with nothing to see, a zoom is not taken to go on."""
         self._speed = 0.0
@@ -162,7 +170,7 @@ class DiameterFilter:
         frames, seconds = (a + b for a, b in zip(self._since, elapsed, strict=True))
         self._since = Elapsed(frames, seconds)
         self._waits = False
-        if seconds > self._spec.lasts and frames > self._spec.lasts_frames:
+        if self.is_pause(self._since):
             self._waiting.clear()
 
     def correct(self, diameter: float, sigma: float) -> bool:

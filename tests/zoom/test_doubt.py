@@ -41,5 +41,13 @@ def test_a_restart_forgets_what_has_added_up() -> None:
 def test_what_it_comes_to_is_known_beforehand(seconds: float) -> None:
     doubt, steps = GrowingDoubt(0.7), 3000
     variance = sum(doubt.grow(0.1, seconds / steps) for _ in range(steps))
-    # The steps are small beside the memory, but not infinitely so.
-    assert doubt_after(0.1, 0.7, seconds) == pytest.approx(math.sqrt(variance), rel=0.01)
+    assert doubt_after(0.1, 0.7, seconds) == pytest.approx(math.sqrt(variance), rel=1e-6)
+
+
+def test_a_long_step_counts_as_many_short_ones() -> None:
+    # Two seconds known to 0.1 per s, three in which the speed is in doubt no more, and two again.
+    spans = ((0.1, 2.0), (0.0, 3.0), (0.1, 2.0))
+    long, short = GrowingDoubt(0.7), GrowingDoubt(0.7)
+    at_once = sum(long.grow(deviation, seconds) for deviation, seconds in spans)
+    steps = [(d, s / 100) for d, s in spans for _ in range(100)]
+    assert sum(short.grow(d, s) for d, s in steps) == pytest.approx(at_once, rel=1e-6)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from itertools import count
 
 import cv2
 import numpy as np
@@ -20,24 +21,33 @@ STRENGTH = -1.3
 TABLE = ZoomTable(
     tuple(Setting(STRENGTH / d**2, MIDDLE, d, 60000 + 100 * d) for d in (280.0, 360.0, 480.0)), SIZE
 )
-SCENE = (40 + 200 * texture(np.random.default_rng(8), (1000, 750), 1.2)).astype(np.uint8)
+SCENE, OTHER_SCENE = (
+    (40 + 200 * texture(np.random.default_rng(seed), (1000, 750), 1.2)).astype(np.uint8)
+    for seed in (8, 9)
+)
+BLACK = np.full((360, 480), 6, np.uint8)
 
 
-def frame(diameter: float, seed: int = 0, noise: float = 2.0) -> np.ndarray:
+def frame(
+    diameter: float, seed: int = 0, noise: float = 2.0, scene: np.ndarray = SCENE
+) -> np.ndarray:
     """A still scene and its circle, magnified together."""
     scale = diameter / 400
     shift = (MIDDLE[0] - scale * 500, MIDDLE[1] - scale * 375)
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
-    scene = cv2.warpAffine(SCENE, matrix, SIZE, flags=cv2.INTER_AREA).astype(np.float64)
+    scene = cv2.warpAffine(scene, matrix, SIZE, flags=cv2.INTER_AREA).astype(np.float64)
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     scene *= np.clip(diameter / 2 - np.hypot(x - MIDDLE[0], y - MIDDLE[1]) + 0.5, 0, 1)
     scene += 5 + np.random.default_rng(seed).normal(0, noise, scene.shape)
     return np.clip(np.rint(scene), 0, 255).astype(np.uint8)
 
 
-def follow(follower: ZoomFollower, frames: Iterable[np.ndarray]) -> Iterator[ZoomEstimate]:
-    for index, image in enumerate(frames):
-        yield follower.update(image, index / 25)
+def follow(
+    follower: ZoomFollower, frames: Iterable[np.ndarray], times: Iterable[float] = ()
+) -> Iterator[ZoomEstimate]:
+    """Follow frames at these times, s; at 25 a second without."""
+    for image, time in zip(frames, times or (i / 25 for i in count()), strict=False):
+        yield follower.update(image, time)
 
 
 def test_a_still_clip_with_noise_gives_a_still_lambda() -> None:
@@ -98,7 +108,7 @@ def test_one_dark_frame_and_one_false_circle_move_nothing() -> None:
 
 
 def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
-    images = [frame(330, i) for i in range(5)] + [np.full((360, 480), 6, np.uint8)] * 30
+    images = [frame(330, i) for i in range(5)] + [BLACK] * 30
     found = list(follow(ZoomFollower(TABLE), images))
     assert {e.source for e in found[5:]} == {"held"}
     assert found[-1].diameter == pytest.approx(330, rel=0.003)
@@ -110,7 +120,7 @@ def test_with_nothing_to_see_the_zoom_is_held_and_grows_doubtful() -> None:
 def followed_through_the_dark(diameters: np.ndarray, dark: int) -> tuple[np.ndarray, np.ndarray]:
     """Relative errors and stated doubts of frames of these diameters, ``dark`` of them black from 15 on."""
     images = [frame(d, i) for i, d in enumerate(diameters)]
-    images[15 : 15 + dark] = [np.full((360, 480), 6, np.uint8)] * dark
+    images[15 : 15 + dark] = [BLACK] * dark
     found = list(follow(ZoomFollower(TABLE), images))
     errors = np.array([math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)])
     return errors, np.array([e.relative_uncertainty for e in found])
@@ -168,3 +178,58 @@ def test_deep_frames_are_followed_as_well() -> None:
         follow(ZoomFollower(TABLE), (frame(330, i).astype(np.uint16) << 2 for i in range(5)))
     )
     assert found[-1].diameter == pytest.approx(330, rel=0.002)
+
+
+def beyond_the_rim(scene: np.ndarray = SCENE, frames: int = 20) -> list[np.ndarray]:
+    """A still scene at rest, magnified so far that the rim is out of the frame."""
+    return [frame(640, seed, scene=scene) for seed in range(frames)]
+
+
+# The rim leaves the frame in steps of a zoom, so that the last frame before it is out is near.
+LEAVING = [frame(d, i) for i, d in enumerate(400 * np.exp(0.02 * np.arange(24)))]
+
+
+def with_rim_out(*frames: np.ndarray, times: Iterable[float] = ()) -> list[ZoomEstimate]:
+    """Estimates of frames that follow upon those of a zoom to where the rim is out."""
+    images = [*LEAVING, *frames]
+    return list(follow(ZoomFollower(TABLE), images, times))[len(LEAVING) :]
+
+
+def test_after_a_pause_the_rim_rules_at_once() -> None:
+    images = [frame(330, i) for i in range(12)] + [frame(420, i) for i in range(12)]
+    times = [i / 25 + 40 * (i >= 12) for i in range(24)]
+    found = list(follow(ZoomFollower(TABLE), images, times))
+    assert found[12].source == "rim"
+    assert [e.diameter for e in found[12:]] == pytest.approx([420.0] * 12, rel=0.002)
+    # Without the pause it has to wait for others to agree.
+    assert list(follow(ZoomFollower(TABLE), images))[12].source == "held"
+
+
+@pytest.mark.parametrize("jump", [-100.0, -0.3])
+def test_times_that_jump_back_are_those_of_the_next_frame(jump: float) -> None:
+    times = [100 + i / 25 + jump * (i >= 15) for i in range(30)]
+    images = [frame(330, i) for i in range(30)]
+    images[15] = frame(250, 15)
+    found = list(follow(ZoomFollower(TABLE), images, times))
+    assert [e.diameter for e in found] == pytest.approx([330.0] * 30, rel=0.002)
+
+
+def test_in_a_pause_with_the_rim_out_the_doubt_grows_as_that_of_held_frames() -> None:
+    still = beyond_the_rim()
+    held = with_rim_out(*still, *[BLACK] * 100)
+    times = [i / 25 for i in range(len(LEAVING + still))]
+    once = with_rim_out(*still, BLACK, times=[*times, times[-1] + 4.0])
+    assert once[-1].source == "held"
+    assert once[-1].relative_uncertainty == pytest.approx(held[-1].relative_uncertainty, rel=0.1)
+    # The very frame after the pause may be the first without a rim.
+    seen = [frame(330, i) for i in range(12)]
+    first = list(follow(ZoomFollower(TABLE), [*seen, BLACK], [*times[:12], 4.5]))
+    assert first[-1].relative_uncertainty > 0.15
+
+
+def test_frames_seconds_apart_are_followed_as_any() -> None:
+    images = [frame(330, i) for i in range(20)]
+    images[9] = frame(250, 9)
+    found = list(follow(ZoomFollower(TABLE), images, [3.0 * i for i in range(20)]))
+    assert [e.diameter for e in found] == pytest.approx([330.0] * 20, rel=0.002)
+    assert found[9].source == "held"
