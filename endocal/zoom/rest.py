@@ -31,8 +31,9 @@ class RestSpec:
     ``roaming`` s comes nearer by ``aside`` of that besides. A resting zoom moves with the probability
     ``starts``, one that moved with ``goes_on``. Some zoom passes for approach, or the reverse, by ``mistake``
     per s (one standard deviation) since the scene is never quite known; what seemed a zoom at rest is such
-    a mistake, remembered, and forgotten, within ``memory`` s. Once a zoom is noticed, what it did in the
-    last ``history`` s is made up for.
+    a mistake, remembered, and forgotten, within ``memory`` s. In the long run ``confused`` of what the two
+    made of the picture together (one standard deviation) may be the other's. Once a zoom is noticed, what
+    it did in the last ``history`` s is made up for.
     """
 
     window: float = 0.32
@@ -47,6 +48,7 @@ class RestSpec:
     goes_on: float = 0.6
     mistake: float = 0.02
     memory: float = 0.5
+    confused: float = 0.7
 
 
 class ZoomShare(NamedTuple):
@@ -135,7 +137,9 @@ class ZoomRest:
         doubt = math.sqrt(float(weights @ off))
         if not self._moves:
             steps[-1].seeming = told.zoom
-            return ZoomShare(0.0, doubt, told.zoom * seconds, math.sqrt(told.variance))
+            confused = spec.confused * abs(told.zoom + told.hand)
+            deviation = math.hypot(math.sqrt(told.variance), confused)
+            return ZoomShare(0.0, doubt, told.zoom * seconds, deviation)
         # What came before it was noticed is made up for.
         counted = [steps[-1]] if moved else list(steps)
         zoom = sum(s.zoom(best.hand) - s.seconds * self._mistaken for s in counted)

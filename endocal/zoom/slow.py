@@ -49,14 +49,17 @@ class SlowZoom:
 
     @property
     def logarithm(self) -> float:
-        """The slow zoom so far, as a logarithm: its mean over both explanations."""
-        return self._weight * self._mean
+        """The slow zoom so far, as a logarithm; 0 as long as none is the better explanation.
+
+        From there on it is believed by and by, in full where it is sure, so that nothing jumps.
+        """
+        return max(0.0, 2 * self._weight - 1) * self._mean
 
     @property
     def sigma(self) -> float:
         """One standard deviation of ``logarithm``."""
-        between = self._weight * (1 - self._weight) * self._mean**2
-        return math.sqrt(between + self._weight * self._spread)
+        zoom, told = self._weight, self.logarithm
+        return math.sqrt(zoom * ((self._mean - told) ** 2 + self._spread) + (1 - zoom) * told**2)
 
     def take(self, seeming: float, deviation: float, seconds: float) -> None:
         """Add a step of ``seconds`` s that seemed a zoom by a logarithm, its speed known to ``deviation``."""

@@ -128,3 +128,10 @@ def test_what_seemed_a_zoom_at_rest_is_told_and_taken_back_when_it_counts() -> N
     counted = sum(s.logarithm for s in found) + seeming.sum()
     assert counted == pytest.approx(slow.sum() + quick.sum(), rel=0.1)
     assert all(s.seeming_doubt == 0 for s in found if s.logarithm)
+
+
+def test_a_camera_that_comes_nearer_quickly_makes_what_seems_a_slow_zoom_doubtful() -> None:
+    quiet = shares(np.zeros(25), approach=0.0)[-1]
+    nearer = shares(np.zeros(25), approach=0.15 * FRAME)[-1]
+    assert nearer.logarithm == 0
+    assert nearer.seeming_doubt > 0.08 > 0.02 > quiet.seeming_doubt

@@ -43,8 +43,8 @@ def test_the_sway_of_a_hand_is_no_zoom() -> None:
     t = np.arange(500) * FRAME
     steps = np.diff(0.033 * np.sin(2 * np.pi * t / 5))
     found = np.array(followed(steps, 0.04))
-    assert np.abs(found[:, 0]).max() < 0.033 / 2
-    assert np.median(np.abs(found[:, 0])) < 0.033 / 10
+    assert not found[:, 0].any()
+    assert found[:, 1].max() < 0.05
 
 
 def test_before_a_quiet_scene_there_is_little_doubt() -> None:
