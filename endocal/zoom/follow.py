@@ -35,8 +35,9 @@ class FollowSpec:
     seen, to within ``assumed_sigma`` (relative). An estimate that stands still has to leave ``still``
     (relative, least and most) before the model changes. Tracked estimates grow less certain as ``rest`` and
     ``slow`` say. Held ones grow less certain at ``held`` (relative, per s). What is in doubt of a speed keeps
-    its sign for ``memory`` s, and so long a zoom may go on that nothing tells any more. Past ``limit`` the
-    tracking is given up, and the last estimate held.
+    its sign for ``memory`` s, and so long a zoom may go on that nothing tells any more. After a ``cut`` of
+    the scene an estimate is known to so much (relative), since any zoom may follow: 1x to 2.5x, evenly
+    spread. Past ``limit`` the tracking is given up, and the last estimate held.
     """
 
     lookup: str = "auto"
@@ -46,6 +47,7 @@ class FollowSpec:
     still: tuple[float, float] = (4e-4, 1.5e-3)
     held: float = 0.1
     memory: float = 0.7
+    cut: float = 0.3
     limit: float = 0.15
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
@@ -176,6 +178,9 @@ class ZoomFollower:
         step = None
         if self._sigma < spec.limit:
             step = self._tracker.step(luma, self._table, state.diameter, self._rest.rests)
+            if self._tracker.was_cut:
+                state.widen(spec.cut)
+                step = None
         if step is None:
             self._rest.forget()
             self._abandon(elapsed, seconds)

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .cut import CutDetector, CutSpec
+from .matching import Luma, Places, evened, follow_places
 from .parallax import MotionSpec, Points, ScaleStep, SceneShape
 from .table import ZoomTable
-
-Luma = NDArray[np.uint8]
 
 # Bits to a sample that cameras and codecs know.
 _DEPTHS = (8, 10, 12, 14, 16)
@@ -44,6 +43,7 @@ class TrackingSpec:
     noise: float = 0.05
     spacing: float = 18.0
     motion: MotionSpec = field(default_factory=MotionSpec)
+    cut: CutSpec = field(default_factory=CutSpec)
 
 
 class ScaleTracker:
@@ -57,11 +57,20 @@ class ScaleTracker:
         self._sought = 0
         self._depth = _DEPTHS[0]
         self._scene = SceneShape(spec.motion)
+        self._cut = CutDetector(spec.cut)
+        self._was_cut = False
+
+    @property
+    def was_cut(self) -> bool:
+        """Say whether the last step showed that the scene was cut, a few frames ago."""
+        return self._was_cut
 
     def forget(self) -> None:
         """Begin anew with the next frame."""
         self._last = None
+        self._was_cut = False
         self._scene = SceneShape(self._spec.motion)
+        self._cut.forget()
 
     def step(
         self,
@@ -79,15 +88,15 @@ class ScaleTracker:
         reduction = max(1, round(luma.shape[0] / self._spec.height))
         current = self._reduced(luma, reduction)
         last, self._last = self._last, current
+        self._was_cut = False
         if last is None or last.shape != current.shape:
             self._places, self._sought = self._places[:0], 0
             return None
         if len(self._places) <= self._spec.renew * self._sought:
             self._places = self._seek(last, reduction, model, diameter)
             self._sought = len(self._places)
-        if len(self._places) < self._spec.least:
-            return None
-        moved, found = _follow(last, current, self._places)
+        moved, found = self._follow(last, current)
+        self._was_cut = self._cut.take(last, self._places, current, found)
         before, after = self._places[found][:, 0], moved[found][:, 0]
         self._places = moved[found]
         if len(after) < self._spec.least:
@@ -101,6 +110,16 @@ class ScaleTracker:
             self._spec.noise * reduction,
             rests,
         )
+
+    def _follow(self, last: Luma, current: Luma) -> tuple[Places, NDArray[np.bool_]]:
+        """Return where the places are now, and which of them were found; none of fewer than ``least``."""
+        if len(self._places) < self._spec.least:
+            return self._places, np.zeros(len(self._places), np.bool_)
+        moved, found = follow_places(last, current, self._places)
+        if found.mean() <= self._spec.cut.lost:
+            # Another light is no other scene.
+            moved, found = follow_places(evened(last), evened(current), self._places)
+        return moved, found
 
     def _reduced(self, luma: NDArray[np.uint8] | NDArray[np.uint16], reduction: int) -> Luma:
         """Average the picture over blocks of ``reduction`` px, in 8 bit.
@@ -127,38 +146,18 @@ class ScaleTracker:
         x, y = ((a - b) / _AHEAD for a, b in zip(ahead, model.center, strict=True))
         return x * self._aspect, y
 
-    def _seek(
-        self, image: Luma, reduction: int, model: DivisionModel, diameter: float
-    ) -> NDArray[np.float32]:
+    def _seek(self, image: Luma, reduction: int, model: DivisionModel, diameter: float) -> Places:
         """Find places that can be followed, away from the rim; (n, 1, 2) reduced px."""
         spec = self._spec
         corners = cv2.goodFeaturesToTrack(image, spec.points, 0.005, spec.spacing, blockSize=5)
         if corners is None:
             return np.empty((0, 1, 2), np.float32)
-        places: NDArray[np.float32] = np.asarray(corners, np.float32)
+        places: Places = np.asarray(corners, np.float32)
         offset = self._offsets(places[:, 0], reduction, model)
         return places[np.hypot(offset[:, 0], offset[:, 1]) < spec.reach * diameter / 2]
 
-    def _offsets(self, places: NDArray[np.float32], reduction: int, model: DivisionModel) -> Points:
+    def _offsets(self, places: Places, reduction: int, model: DivisionModel) -> Points:
         """Turn reduced px into offsets from the distortion centre, in px of the height."""
         full = (places.astype(np.float64) + 0.5) * reduction - 0.5 - model.center
         full[:, 0] *= self._aspect
         return full
-
-
-def _follow(
-    last: Luma, current: Luma, places: NDArray[np.float32]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Follow places by Lucas and Kanade's method, there and back; those that do not come back are lost."""
-    settings: dict[str, Any] = {
-        "winSize": (17, 17),
-        "maxLevel": 3,
-        "criteria": (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 15, 0.02),
-    }
-    # OpenCV takes None for places that it is to make room for, whatever its annotations say.
-    empty: Any = None
-    moved, there, _ = cv2.calcOpticalFlowPyrLK(last, current, places, empty, **settings)
-    returned, back, _ = cv2.calcOpticalFlowPyrLK(current, last, moved, empty, **settings)
-    apart = np.linalg.norm(returned - places, axis=(1, 2))
-    found = (there[:, 0] > 0) & (back[:, 0] > 0) & (apart < 0.3)
-    return np.asarray(moved, np.float32), found

@@ -195,6 +195,46 @@ def with_rim_out(*frames: np.ndarray, times: Iterable[float] = ()) -> list[ZoomE
     return list(follow(ZoomFollower(TABLE), images, times))[len(LEAVING) :]
 
 
+@pytest.mark.parametrize("between", [0, 1, 3])
+def test_a_cut_of_the_scene_is_told_and_the_zoom_held_till_a_rim_is_seen(between: int) -> None:
+    before, after = beyond_the_rim(), beyond_the_rim(OTHER_SCENE)
+    found = with_rim_out(
+        *before, *[BLACK] * between, *after, frame(380, 1), frame(380, 2), frame(380, 3)
+    )
+    told = found[len(before) + 11 : -3]
+    assert {e.source for e in found[: len(before)]} == {"tracked"}
+    assert found[len(before) - 1].relative_uncertainty < 0.1
+    assert {e.source for e in told} == {"held"}
+    assert all(e.relative_uncertainty >= 0.3 for e in told)
+    assert found[-1].source == "rim"
+    assert found[-1].diameter == pytest.approx(380, rel=0.002)
+
+
+def lit(image: np.ndarray, gain: float, offset: float) -> np.ndarray:
+    return np.clip(image * gain + offset, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    "trouble",
+    [
+        [lit(frame(640, 50), 4.0, 60.0)],
+        [lit(frame(640, 50), 0.0, 230.0)] * 3,
+        [cv2.blur(frame(640, 50 + i), (1, 41)) for i in range(3)],
+        [lit(frame(640, 50 + i), 0.4, 110.0) for i in range(12)],
+        [
+            cv2.rectangle(frame(640, 50 + i), (40 * i, 0), (40 * i + 150, 360), 120, -1)
+            for i in range(9)
+        ],
+    ],
+    ids=["flash", "white", "blur", "smoke", "instrument"],
+)
+def test_what_passes_is_no_cut(trouble: list[np.ndarray]) -> None:
+    found = with_rim_out(*beyond_the_rim(), *trouble, *beyond_the_rim())
+    assert found[-1].source == "tracked"
+    assert found[-1].relative_uncertainty < 0.1
+    assert found[-1].diameter == pytest.approx(found[15].diameter, rel=0.01)
+
+
 def test_after_a_pause_the_rim_rules_at_once() -> None:
     images = [frame(330, i) for i in range(12)] + [frame(420, i) for i in range(12)]
     times = [i / 25 + 40 * (i >= 12) for i in range(24)]

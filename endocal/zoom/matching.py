@@ -1,0 +1,40 @@
+"""Places of one picture found again in another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Luma = NDArray[np.uint8]
+# (n, 1, 2) px, as OpenCV has them.
+Places = NDArray[np.float32]
+
+# The mean and the standard deviation of an evened picture: few of its values fall outside 0 to 255.
+_EVEN = (128.0, 40.0)
+
+
+def follow_places(last: Luma, current: Luma, places: Places) -> tuple[Places, NDArray[np.bool_]]:
+    """Follow places by Lucas and Kanade's method, there and back; those that do not come back are lost."""
+    settings: dict[str, Any] = {
+        "winSize": (17, 17),
+        "maxLevel": 3,
+        "criteria": (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 15, 0.02),
+    }
+    # OpenCV takes None for places that it is to make room for, whatever its annotations say.
+    empty: Any = None
+    moved, there, _ = cv2.calcOpticalFlowPyrLK(last, current, places, empty, **settings)
+    returned, back, _ = cv2.calcOpticalFlowPyrLK(current, last, moved, empty, **settings)
+    apart = np.linalg.norm(returned - places, axis=(1, 2))
+    found = (there[:, 0] > 0) & (back[:, 0] > 0) & (apart < 0.3)
+    return np.asarray(moved, np.float32), found
+
+
+def evened(image: Luma) -> Luma:
+    """Return the picture in a usual light and contrast, so that smoke and lamps change little."""
+    values = image.astype(np.float32)
+    mean, deviation = float(values.mean()), max(float(values.std()), 1.0)
+    even = (values - mean) * (_EVEN[1] / deviation) + _EVEN[0]
+    return np.clip(even, 0, 255).astype(np.uint8)
