@@ -18,12 +18,14 @@ from .doubt import GrowingDoubt
 class SlowSpec:
     """What is expected of slow zooms.
 
-    There is one with the probability ``prior``: over many seconds neither is preferred. It changes by
+    There is one with the probability ``prior``: over many seconds neither is preferred. It is believed where
+    it is more probable than ``doubtful`` in the end; up to there it counts as doubt alone. It changes by
     ``speed`` (relative per s, one standard deviation), and by ``most`` (relative) in all. A mistaken speed
     lasts for ``memory`` s; what it adds up to is taken back within ``back`` s, since a hand comes back.
     """
 
     prior: float = 0.5
+    doubtful: float = 0.85
     speed: float = 0.05
     most: float = 0.5
     memory: float = 0.7
@@ -49,11 +51,12 @@ class SlowZoom:
 
     @property
     def logarithm(self) -> float:
-        """The slow zoom so far, as a logarithm; 0 as long as none is the better explanation.
+        """The slow zoom so far, as a logarithm; 0 as long as it is not the clearly better explanation.
 
         From there on it is believed by and by, in full where it is sure, so that nothing jumps.
         """
-        return max(0.0, 2 * self._weight - 1) * self._mean
+        doubtful = self._spec.doubtful
+        return max(0.0, self._weight - doubtful) / (1 - doubtful) * self._mean
 
     @property
     def sigma(self) -> float:

@@ -134,4 +134,4 @@ def test_a_camera_that_comes_nearer_quickly_makes_what_seems_a_slow_zoom_doubtfu
     quiet = shares(np.zeros(25), approach=0.0)[-1]
     nearer = shares(np.zeros(25), approach=0.15 * FRAME)[-1]
     assert nearer.logarithm == 0
-    assert nearer.seeming_doubt > 0.08 > 0.02 > quiet.seeming_doubt
+    assert nearer.seeming_doubt > 0.1 > 0.03 > quiet.seeming_doubt

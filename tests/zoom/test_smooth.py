@@ -235,3 +235,14 @@ def test_a_zoom_is_not_taken_to_go_on_through_a_long_gap() -> None:
     state.predict(Elapsed(50.0, 2.0))
     assert state.diameter == pytest.approx(before)
     assert state.sigma >= 0.09
+
+
+@given(speed=st.floats(0.02, 0.06), seed=st.integers(0, 1000))
+def test_a_zoom_to_the_end_stop_and_back_is_two_frames_late_at_most(
+    speed: float, seed: int
+) -> None:
+    there = np.concatenate([np.zeros(20), np.arange(13), np.full(4, 12)])
+    true = 500 * np.exp(speed * np.concatenate([there, there[::-1], np.zeros(10)]))
+    errors = np.abs(np.log(run(noisy(true, seed, 3e-4)) / true))
+    assert errors.max() <= 2 * speed + 0.01
+    assert errors[-20:].max() < 0.003
