@@ -171,13 +171,15 @@ class ZoomFollower:
                 self._rest.forget(moves=state.is_moving)
                 self._slow.restart()
                 self._doubt.restart()
-                self._tracker.step(luma, self._table, state.diameter)
+                self._tracker.step(luma, self._table, state.diameter, shift=self._shift.value)
                 self._is_tracking = True
                 self._abandoned = 0.0
             return ""
         step = None
         if self._sigma < spec.limit:
-            step = self._tracker.step(luma, self._table, state.diameter, self._rest.rests)
+            step = self._tracker.step(
+                luma, self._table, state.diameter, self._rest.rests, self._shift.value
+            )
             if self._tracker.was_cut:
                 state.widen(spec.cut)
                 step = None

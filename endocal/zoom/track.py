@@ -17,6 +17,7 @@ from ..model import DivisionModel
 from .cut import CutDetector, CutSpec
 from .matching import Luma, Places, evened, follow_places
 from .parallax import MotionSpec, Points, ScaleStep, SceneShape
+from .shift import Offset, shifted
 from .table import ZoomTable
 
 # Bits to a sample that cameras and codecs know.
@@ -78,13 +79,16 @@ class ScaleTracker:
         table: ZoomTable,
         diameter: float,
         rests: bool = False,
+        shift: Offset = (0.0, 0.0),
     ) -> ScaleStep | None:
         """Return the scale from the last frame to this one; None where it cannot be told.
 
         ``diameter`` (px) is that of the last frame, which the ``table`` has the model for; ``rests`` says
-        whether the zoom was at rest.
+        whether the zoom was at rest, and ``shift`` (x, y) px how far its centre lies from the table's.
         """
         model = table.at_diameter(diameter)
+        drift = self._drift(table, model, diameter)
+        model = shifted(model, shift)
         reduction = max(1, round(luma.shape[0] / self._spec.height))
         current = self._reduced(luma, reduction)
         last, self._last = self._last, current
@@ -106,7 +110,7 @@ class ScaleTracker:
             self._offsets(after, reduction, model),
             model,
             diameter,
-            self._drift(table, model, diameter),
+            drift,
             self._spec.noise * reduction,
             rests,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -15,6 +16,8 @@ from endocal.zoom.track import ScaleTracker
 
 SIZE = (640, 480)
 MIDDLE = (325.0, 236.0)
+# From there the shift of one test leads to the middle.
+FAR = (MIDDLE[0] - 9.0, MIDDLE[1] + 6.0)
 DIAMETER = 900.0
 STRENGTH = -1.3
 
@@ -66,3 +69,16 @@ def test_an_even_picture_tells_nothing(level: int) -> None:
     tracker = ScaleTracker()
     frame = np.full((480, 640), level, np.uint8)
     assert [tracker.step(frame, TABLE, DIAMETER) for _ in range(3)] == [None] * 3
+
+
+def test_a_shift_is_that_of_the_table_s_centres() -> None:
+    shift = (9.0, -6.0)
+    moved = replace(TABLE, settings=tuple(replace(s, center=FAR) for s in TABLE.settings))
+    here, there = ScaleTracker(), ScaleTracker()
+    for frame in zoomed(0.01, 4):
+        step = here.step(frame, moved, DIAMETER, shift=shift)
+        same = there.step(frame, TABLE, DIAMETER)
+        assert (step is None) == (same is None)
+        if step is not None and same is not None:
+            assert step.logarithm == pytest.approx(same.logarithm, rel=1e-9)
+    assert step is not None
