@@ -11,6 +11,8 @@ from .coarse import Samples
 _STRAIGHT = 0.9
 # ... between two samples next but one to each other, as the samples are smoothed, ...
 _APART = 2
+# ... beyond which, so many samples on, it is even along half of the edge at least, ...
+_BEYOND, _EVEN = 4, 0.5
 # ... and lies in either half of the frame, so that the picture has more than this of it.
 _LEAST = 0.5
 
@@ -28,9 +30,13 @@ def _between(values: NDArray[np.uint8], contrast: float) -> slice:
     width = values.shape[1]
     levels = values.astype(np.int16)
     step = np.abs(levels[:, _APART:] - levels[:, :-_APART]) > contrast
-    # The sample between the two whose step it is.
-    edges = np.flatnonzero(step.mean(axis=0) > _STRAIGHT) + _APART // 2
+    share = step.mean(axis=0)
+    edges = np.flatnonzero(share > _STRAIGHT)
     left, right = edges[edges < width / 2], edges[edges > width / 2]
+    left = left[share[np.maximum(left - _BEYOND, 0)] < _EVEN]
+    right = right[share[np.minimum(right + _BEYOND, len(share) - 1)] < _EVEN]
+    # An edge's own sample is the one between the two whose step it is.
+    left, right = left + _APART // 2, right + _APART // 2
     begin = int(left.max()) + _APART if len(left) else 0
     end = int(right.min()) - _APART + 1 if len(right) else width
     return slice(begin, end) if end - begin > _LEAST * width else slice(0, width)

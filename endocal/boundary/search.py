@@ -88,17 +88,12 @@ class Search:
 
     def anywhere(self) -> tuple[Rim, Box] | None:
         """Find the rim from the samples alone."""
-        first = []
         for search in self._with_glare(self.spec.glare):
             found = first_circle(self.frame, search.samples, self.radii)
             if found is None:
                 continue
-            first.append((search, *found))
-            rim = search._measure(*found)
-            if rim is not None:
-                return search._without_ring(rim, found[1])
-        for search, circle, box in first:
-            rim = search._measure_wide(circle, box)
+            circle, box = found
+            rim = search._measure(circle, box)
             if rim is not None:
                 return search._without_ring(rim, box)
         return None
@@ -147,13 +142,12 @@ class Search:
         faded = look_faded(self.frame, circle, box, self.samples.dark)
         if self._is_content_limit(faded, box):
             return faded
-        return rim if self._is_content_limit(rim, box) else None
-
-    def _measure_wide(self, circle: Circle, box: Box) -> Rim | None:
-        """Measure the rim further about a first circle."""
         wide = self._wide(circle, box)
         sharp = None if wide is None else self._narrow(wide.circle, box)
-        for again in (sharp, wide):
+        if wide and sharp and wide.on_circle < sharp.on_circle and _differ(wide, sharp):
+            # There is a glare beyond a part of the rim, and the wider look has met the glare's border.
+            wide = None
+        for again in (rim, sharp, wide):
             if self._is_content_limit(again, box):
                 return again
         return None
@@ -236,6 +230,11 @@ class Search:
     ) -> bool:
         allowed = self.spec.max_bright_outside * int(np.count_nonzero(where)) + spared
         return int(np.count_nonzero(where & exceptions)) <= allowed
+
+
+def _differ(a: Rim, b: Rim) -> bool:
+    """Say whether two rims are not those of one circle."""
+    return math.dist(a.circle, b.circle) > _WIDER * b.circle.radius
 
 
 def _is_inside(inner: Circle, outer: Circle) -> bool:

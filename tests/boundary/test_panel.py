@@ -49,3 +49,11 @@ def test_edges_through_the_middle_leave_no_picture(turned: bool) -> None:
     assert samples is not None
     assert picture_between_panels(samples) is None
     assert find_boundary(image) is None
+
+
+def test_a_scene_that_varies_everywhere_has_no_panel() -> None:
+    x = np.arange(720)
+    ramp = np.tile(np.clip((x - 400) * 0.8, 0, 255), (540, 1)).astype(np.uint8)
+    samples = thin(frame_of(ramp, 1.0))
+    assert samples is not None
+    assert picture_between_panels(samples) is None
