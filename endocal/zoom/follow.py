@@ -95,6 +95,8 @@ class ZoomFollower:
         self._abandoned = 0.0
         self._clock = FrameClock()
         self._last: Boundary | None = None
+        # What the part of the rim that was last seen leaves open of its width, relative; the same in each frame.
+        self._shape = 0.0
         self._shift = CircleShift(table.circle_at, table.pixel_aspect, spec.shift)
         # The diameter, the shift and what the table has there, as they were last changed.
         self._current: tuple[float, tuple[float, float], DivisionModel] | None = None
@@ -134,7 +136,7 @@ class ZoomFollower:
         smoothing = self._spec.smoothing
         sigma = max(located.diameter_sigma / diameter, smoothing.floor)
         self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
-        self._measure_shift(located)
+        self._take_rim(located)
         self._is_assumed = self._is_tracking = False
 
     def _follow(self, luma: Luma, located: Located | None, elapsed: Elapsed) -> str:
@@ -146,7 +148,7 @@ class ZoomFollower:
         diameter = located.boundary.diameter
         if self._filter.correct(diameter, located.diameter_sigma / diameter):
             self._is_tracking = False
-            self._measure_shift(located)
+            self._take_rim(located)
             return "rim"
         if self._filter.is_pause(elapsed):
             # What was before a pause says nothing against what is seen after it.
@@ -154,7 +156,9 @@ class ZoomFollower:
             return "rim"
         return tracked or "held"
 
-    def _measure_shift(self, located: Located) -> None:
+    def _take_rim(self, located: Located) -> None:
+        """Learn from a rim what else it tells than the diameter."""
+        self._shape = located.shape_sigma / located.boundary.diameter
         if self._spec.follows_shift:
             self._shift.measure(located, self._filter.diameter)
 
@@ -223,7 +227,7 @@ class ZoomFollower:
         if self._current is None or (diameter, shift) != self._current[:2]:
             model = shifted(self._look_up(diameter, boundary), shift)
             self._current = (diameter, shift, model)
-        sigma = math.hypot(self._sigma, state.pending)
+        sigma = math.hypot(self._sigma, state.pending, self._shape)
         return ZoomEstimate(self._current[2], boundary, diameter, source, sigma, shift)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:

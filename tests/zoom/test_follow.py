@@ -151,6 +151,16 @@ def test_past_a_limit_of_doubt_tracking_becomes_holding() -> None:
     assert sources.index("tracked") < len(sources) - 1 - sources[::-1].index("held")
 
 
+def test_an_arc_of_the_rim_is_stated_to_tell_less_than_a_whole_one() -> None:
+    """A real rim is no perfect circle: of its arc alone the width is known less well, in every frame."""
+    whole, cut = (
+        [*follow(ZoomFollower(TABLE), (frame(d, seed) for seed in range(12)))][-1]
+        for d in (330.0, 500.0)
+    )
+    assert whole.source == cut.source == "rim"
+    assert cut.relative_uncertainty > 2 * whole.relative_uncertainty
+
+
 def test_without_any_rim_the_zoom_is_not_guessed() -> None:
     with pytest.raises(InputError, match=r"3\.20 s.*--assume-diameter"):
         ZoomFollower(TABLE).update(frame(900), 3.2)
