@@ -95,7 +95,7 @@ class ZoomFollower:
         self._abandoned = 0.0
         self._clock = FrameClock()
         self._last: Boundary | None = None
-        # What the part of the rim that was last seen leaves open of its width, relative; the same in each frame.
+        # What the part of the rim that was last seen leaves open of its width, relative; it is no noise.
         self._shape = 0.0
         self._shift = CircleShift(table.circle_at, table.pixel_aspect, spec.shift)
         # The diameter, the shift and what the table has there, as they were last changed.
