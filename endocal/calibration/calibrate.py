@@ -65,13 +65,15 @@ class Joint:
     """A calibration of several pictures, and its workings.
 
     ``rms`` px: the straightness of each picture's lines under the common model, None for one left out;
-    ``left_out``: the numbers, from 0, of pictures that do not go with the others.
+    ``left_out``: the numbers, from 0, of pictures that do not go with the others, and ``silent`` of those in
+    which no line was found.
     """
 
     calibration: Calibration
     workings: Workings
     rms: tuple[float | None, ...] = ()
     left_out: tuple[int, ...] = ()
+    silent: tuple[int, ...] = ()
 
 
 def calibrate(
@@ -93,6 +95,7 @@ def calibrate(
 def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = CalibrationSpec()) -> Joint:
     """Calibrate as ``calibrate`` does, and tell how each picture went with the others."""
     kept = list(range(len(images)))
+    silent: list[int] = []
     while True:
         scene = look_at([images[i] for i in kept], spec)
         found = _search(scene, spec)
@@ -100,7 +103,12 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
             bare = _bare(scene, spec, found)
             return Joint(bare, Workings(scene, found), (None,) * len(images))
         refined, content = _refine(scene, spec, found)
-        pictures = _pictures(scene)
+        pictures = _pictures(scene, refined)
+        if len(pictures) < len(kept):
+            # Without them the circle, too, is that of the others.
+            silent += [number for i, number in enumerate(kept) if i not in pictures]
+            kept = [kept[i] for i in pictures]
+            continue
         # Of two that differ nothing tells which is wrong.
         floor = SAME_LENS if len(pictures) > 2 else ALIKE
         worst, misfit = _worst_picture(scene, refined, content, floor)
@@ -111,21 +119,21 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
         del kept[worst]
     rms_of = {kept[picture]: _rms_of(scene, refined, picture) for picture in pictures}
     rms = tuple(rms_of.get(i) for i in range(len(images)))
-    left_out = tuple(i for i in range(len(images)) if i not in rms_of)
+    left_out = tuple(i for i in range(len(images)) if i not in (*kept, *silent))
     calibration, workings = _calibration(scene, spec, found, refined, differ)
-    return Joint(calibration, workings, rms, left_out)
+    return Joint(calibration, workings, rms, left_out, tuple(sorted(silent)))
 
 
-def _pictures(scene: Scene) -> list[int]:
-    """The numbers of the pictures in which something is seen."""
-    return sorted({view.picture for view in scene.views})
+def _pictures(scene: Scene, refined: Refined) -> list[int]:
+    """The numbers of the pictures in which lines were found."""
+    return sorted({scene.views[view].picture for view in np.unique(refined.view)})
 
 
 def _worst_picture(
     scene: Scene, refined: Refined, content: float, floor: float
 ) -> tuple[int, float]:
     """The picture that fits the common model worst, and how many times worse than one of its own."""
-    if len(_pictures(scene)) < 2:
+    if len(_pictures(scene, refined)) < 2:
         return 0, 1.0
     reach = reach_of(scene.views, scene.prior.center)
     misfits = misfit_of_views(refined, reach, scene.prior, content, floor)
@@ -248,7 +256,7 @@ def _evidence(
         content_radius=scene.content_radius(fit.params[1:3]),
         fold_radius=model.valid_radius,
         short_side=min(scene.square_size),
-        explained=len(m.points) / max(sum(len(view.edges) for view in scene.views), 1),
+        explained=len(m.points) / max(sum(view.edge_length for view in scene.views), 1),
         board=refined.board,
         bend=departure.bend if departure.ratio > MODEL_HOLDS else 0.0,
         second=len(fit.params) > 3,

@@ -29,7 +29,8 @@ BENT = 0.15
 # the wavy edges of their sheet, to 0.2 px or more.
 FAILED_WITHOUT_BOARD = 0.35
 ROUGH_WITHOUT_BOARD = 0.15
-# The part of the edge points that the lines explain.
+# The part of the edge points that the lines explain. Less than the first is chance: a page of text.
+FAILED_EXPLAINED = 0.03
 LITTLE_EXPLAINED = 0.08
 LITTLE_WITHOUT_BOARD = 0.3
 # The model's fold this near to the measured points, as a share of their radius.
@@ -93,7 +94,11 @@ def judge(e: Evidence) -> Quality:
             f"no chessboard seen, and what look like lines stay {e.rms:.2f} px from straight:"
             " show a chessboard or parallel lines"
         )
-    if e.explained < (LITTLE_EXPLAINED if e.board else LITTLE_WITHOUT_BOARD):
+    if e.explained < FAILED_EXPLAINED:
+        failed.append(
+            f"only {e.explained:.0%} of the edges lie on straight lines: show a chessboard or parallel lines"
+        )
+    elif e.explained < (LITTLE_EXPLAINED if e.board else LITTLE_WITHOUT_BOARD):
         doubts.append(
             f"only {e.explained:.0%} of the edges lie on straight lines: is this a pattern?"
         )

@@ -64,11 +64,13 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
         content = content_mask(grey, boundary, spec.pixel_aspect, spec.roi)
         everywhere |= content
         for field in fields(grey):
-            edges = _edges(Picture(field, content), spec.pixel_aspect)
-            views.append(View(_square(field, spec.pixel_aspect), edges, number))
+            edges, step = _edges(Picture(field, content), spec.pixel_aspect)
+            views.append(View(_square(field, spec.pixel_aspect), edges, number, step))
     if sum(len(view.edges) for view in views) < FEWEST_EDGES:
+        where = "" if spec.roi is None else f" in --roi {','.join(map(str, spec.roi))}"
         raise CalibrationError(
-            "no edges found: a sharp, evenly lit picture of a chessboard or of straight lines is needed"
+            f"no edges found{where}: a sharp, evenly lit picture of a chessboard or of straight lines is"
+            " needed"
         )
     views = [view for view in views if len(view.edges) > 0]
     square = (w * spec.pixel_aspect, float(h))
@@ -90,8 +92,8 @@ def _check_fits(spec: CalibrationSpec, size: tuple[int, int]) -> None:
             raise UsageError(f"--center {x_:g},{y_:g} lies outside the {w}x{h} px picture")
 
 
-def _edges(picture: Picture, pixel_aspect: float) -> EdgePoints:
-    """Edge points in square pixels, sought on a smaller picture where this one is very large."""
+def _edges(picture: Picture, pixel_aspect: float) -> tuple[EdgePoints, int]:
+    """Edge points in square pixels, and how many times smaller the picture is on which they were sought."""
     h, w = picture.grey.shape
     step = int(np.ceil(np.sqrt(h * w / MOST_PIXELS)))
     if step > 1:
@@ -107,7 +109,7 @@ def _edges(picture: Picture, pixel_aspect: float) -> EdgePoints:
     points = (edges.points + 0.5) * step - 0.5
     gradients = edges.gradients / (pixel_aspect, 1.0)
     gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
-    return EdgePoints(points * (pixel_aspect, 1.0), gradients)
+    return EdgePoints(points * (pixel_aspect, 1.0), gradients), step
 
 
 def _square(grey: Grey, pixel_aspect: float) -> Grey:

@@ -107,8 +107,8 @@ def command(
     )
     report = report_files(images, spec)
     calibration = report.calibration
-    for path in report.left_out:
-        note(f"note: {path} left out: it does not fit the lens of the other pictures")
+    for path, reason in report.left_out:
+        note(f"note: {path} left out: {reason}")
     if page is not None:
         from ..jobs.report import report_calibration
 

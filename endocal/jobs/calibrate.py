@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from ..calibration.calibrate import Workings, calibrate_jointly
 from ..calibration.recorded import options_of
@@ -16,10 +17,20 @@ from ..files import decode_image, read_picture_bytes
 from ..files.images import Picture
 from ..files.names import shown
 
+_STRANGER = "it does not fit the lens of the other pictures"
+_SILENT = "no straight lines found in it"
+
+
+class LeftOut(NamedTuple):
+    """The path of a picture that a calibration does not rest on, and why."""
+
+    path: str
+    reason: str
+
 
 @dataclass(frozen=True)
 class CalibrationReport:
-    """The calibration, and the paths of pictures that were left out as not going with the others.
+    """The calibration, and the pictures that were left out.
 
     ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on.
     """
@@ -27,7 +38,7 @@ class CalibrationReport:
     calibration: Calibration
     pictures: tuple[tuple[str, Picture], ...]
     workings: Workings
-    left_out: tuple[str, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
 
 
 def calibrate_files(
@@ -66,10 +77,11 @@ def report_files(
     pictures = tuple(
         SourceImage(Path(path).name, digest, rms if len(paths) > 1 else None)
         for number, (path, digest, rms) in enumerate(zip(paths, digests, joint.rms, strict=True))
-        if number not in joint.left_out
+        if number not in (*joint.left_out, *joint.silent)
     )
     source = replace(calibration.source or Source(), images=pictures, options=options_of(spec))
-    left_out = tuple(str(paths[number]) for number in joint.left_out)
+    reasons = dict.fromkeys(joint.left_out, _STRANGER) | dict.fromkeys(joint.silent, _SILENT)
+    left_out = tuple(LeftOut(str(paths[n]), reasons[n]) for n in sorted(reasons))
     return CalibrationReport(
         replace(calibration, source=source),
         tuple((Path(path).name, image) for path, image in zip(paths, images, strict=True)),

@@ -91,7 +91,7 @@ def report_calibration(
 ) -> None:
     """Write the page of a calibration that was just made with ``spec``; ``name`` is what it is called."""
     calibration = _as_written(report.calibration)
-    notes = [f"{shown(path)} was left out: it does not fit the others" for path in report.left_out]
+    notes = [f"{shown(path)} was left out: {reason}" for path, reason in report.left_out]
     study = Study(report.pictures, report.workings, spec)
     write_page(calibration_page(name, calibration, study, notes), output, overwrite)
 

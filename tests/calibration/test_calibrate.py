@@ -104,6 +104,33 @@ def test_the_bare_search_is_near() -> None:
     assert not result.source.refined
 
 
+@pytest.mark.parametrize("blobs", [False, True])
+def test_a_picture_without_lines_is_no_evidence(blobs: bool) -> None:
+    seen = render_board(board())
+    empty = np.full_like(seen, 128)
+    if blobs:
+        for i in range(60):
+            cv2.circle(empty, (30 + 97 * i % 580, 30 + 53 * i % 420), 14, (40, 40, 40), -1)
+    joint = calibrate_jointly([seen, empty])
+    assert joint.silent == (1,)
+    assert joint.left_out == ()
+    assert joint.rms[1] is None
+    assert joint.calibration.model == calibrate(seen).model
+
+
+def test_the_edges_do_not_depend_on_the_number_of_threads() -> None:
+    threads = cv2.getNumThreads()
+    try:
+        found = []
+        for count in (1, 2, 3):
+            cv2.setNumThreads(count)
+            found.append(calibrate(render_board(board(noise=6.0, seed=3))).model)
+            assert cv2.getNumThreads() == count
+    finally:
+        cv2.setNumThreads(threads)
+    assert found[0] == found[1] == found[2]
+
+
 def test_several_pictures_share_one_model_and_a_stranger_is_left_out() -> None:
     mates = [
         render_board(board(rotation=r, tilt=t, seed=r)) for r, t in ((5, 10), (40, 30), (70, 25))

@@ -44,6 +44,7 @@ def test_each_doubt_is_named(change: dict, reason: str) -> None:
     [
         ({"lines": 3}, "only 3 straight lines"),
         ({"rms": 4.0}, "does not fit"),
+        ({"explained": 0.01}, "only 1% of the edges"),
         ({"astray": 8.0}, "far from the middle"),
         ({"rms": 0.5, "board": False}, "no chessboard seen"),
         ({"lam_sigma": 1e-6, "lines": 6, "board": False}, "no pattern seen"),

@@ -45,11 +45,20 @@ OUTLYING = 3.0
 
 @dataclass(frozen=True)
 class View:
-    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture."""
+    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture.
+
+    Edges were sought on the picture reduced ``step`` times: there is one point for so many px along them.
+    """
 
     grey: Grey
     edges: EdgePoints
     picture: int = 0
+    step: int = 1
+
+    @property
+    def edge_length(self) -> int:
+        """How long the edges are in all, px."""
+        return len(self.edges) * self.step
 
 
 @dataclass(frozen=True)

@@ -54,18 +54,25 @@ def find_edges(picture: Picture) -> EdgePoints:
     dx, dy = _derivatives(smooth)
     magnitude = np.hypot(dx, dy)
     threshold = _threshold(magnitude, picture.content, _noise(smooth, magnitude, picture.content))
-    # Canny takes 16-bit gradients and one threshold: gradients in units of their own threshold.
-    unit = 1024.0 / threshold
-    canny = cv2.Canny(
-        np.clip(dx * unit, -32000, 32000).astype(np.int16),
-        np.clip(dy * unit, -32000, 32000).astype(np.int16),
-        HYSTERESIS * 1024,
-        1024,
-        L2gradient=True,
-    )
-    edges = np.where(picture.content, canny, 0).astype(np.uint8)
+    # In units of their threshold, since Canny takes one for all.
+    chains = _canny(dx / threshold, dy / threshold)
+    edges = np.where(picture.content, chains, 0).astype(np.uint8)
     y, x = np.nonzero(_without_specks(edges))
     return _sub_pixel(x, y, dx, dy, magnitude)
+
+
+def _canny(dx: Grey, dy: Grey) -> NDArray[np.uint8]:
+    """Chains of the steepest points, 255 there: from gradients above 1 on, down to HYSTERESIS."""
+    # OpenCV takes gradients of 16 bits.
+    x, y = (np.clip(1024 * d, -32000, 32000).astype(np.int16) for d in (dx, dy))
+    # With several threads it finds a point more or less where their shares of the picture meet.
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        found = cv2.Canny(x, y, HYSTERESIS * 1024, 1024, L2gradient=True)
+    finally:
+        cv2.setNumThreads(threads)
+    return np.asarray(found, np.uint8)
 
 
 def sobel_gradients(grey: Grey, points: Floats, size: int) -> Floats:
