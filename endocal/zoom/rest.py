@@ -65,11 +65,15 @@ class ZoomShare(NamedTuple):
 
 
 class _Step:
-    """One step: what the picture says, over how many seconds, and the speed of zoom that it seemed, per s."""
+    """One step: what the picture says, over how many seconds, and whether it has ``counted`` as zoom.
+
+    ``seeming`` is the speed of zoom, per s, that it seemed at rest; 0 once it has counted.
+    """
 
     def __init__(self, step: ScaleStep, seconds: float) -> None:
         self.seconds = seconds
         self.seeming = 0.0
+        self.counted = False
         self.aside = step.aside
         self.information = step.information * seconds**2
         self._target = step.target * seconds
@@ -130,7 +134,7 @@ class ZoomRest:
         weights = np.exp([w.evidence - most for w in weighed])
         weights /= weights.sum()
         moving = sum(p for p, w in zip(weights, weighed, strict=True) if w.moves)
-        moved, self._moves = self._moves, bool(moving > 0.5)
+        self._moves = bool(moving > 0.5)
         best = max((w for w in weighed if w.moves == self._moves), key=lambda w: w.evidence)
         told = max((w for w in weighed if w.moves), key=lambda w: w.evidence)
         off = [(w.zoom - best.zoom) ** 2 + w.variance for w in weighed]
@@ -141,10 +145,22 @@ class ZoomRest:
             deviation = math.hypot(math.sqrt(told.variance), confused)
             return ZoomShare(0.0, doubt, told.zoom * seconds, deviation)
         # What came before it was noticed is made up for.
-        counted = [steps[-1]] if moved else list(steps)
-        zoom = sum(s.zoom(best.hand) - s.seconds * self._mistaken for s in counted)
-        seemed = sum(s.seeming * s.seconds for s in counted)
+        zoom, seemed = self._count(best.hand)
         return ZoomShare(zoom, doubt, -seemed, 0.0)
+
+    def _count(self, hand: float) -> tuple[float, float]:
+        """Return the zoom of the steps that have not counted yet, and what of it had seemed one till now.
+
+        A zoom that turns or pauses looks at rest for a moment, and is noticed anew after it: the steps from
+        before have counted by then. What counts was no mistake either, and is not remembered as one.
+        """
+        zoom = seemed = 0.0
+        for step in self._steps:
+            if not step.counted:
+                zoom += step.zoom(hand) - step.seconds * self._mistaken
+                seemed += step.seeming * step.seconds
+                step.counted, step.seeming = True, 0.0
+        return zoom, seemed
 
     def _remember(self, step: _Step) -> None:
         """Take in what seemed a zoom and was none."""

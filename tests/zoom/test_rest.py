@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from endocal.zoom.parallax import ScaleStep
@@ -60,6 +60,57 @@ def test_a_zoom_counts_in_full(speed: float, sign: int) -> None:
     steps = np.concatenate([np.zeros(20), np.full(40, sign * speed * FRAME), np.zeros(20)])
     # Where it ends, a few frames at rest are weighed with those of the zoom.
     assert total(steps)[-1] == pytest.approx(steps.sum(), rel=0.05, abs=0.005)
+
+
+def pieces(*parts: tuple[float, int]) -> np.ndarray:
+    """The steps of a zoom at so many per s for so many frames, one piece after another, and then at rest."""
+    return np.concatenate([np.full(frames, speed * FRAME) for speed, frames in (*parts, (0, 25))])
+
+
+@pytest.mark.parametrize("speed", [0.2, -0.5, 1.0])
+def test_a_zoom_that_turns_counts_once(speed: float) -> None:
+    # While it turns the mean over the window passes through none: at rest, for a moment.
+    steps = pieces((0, 20), (speed, 20), (-speed, 20))
+    assert total(steps)[-1] == pytest.approx(0, abs=0.002)
+
+
+@pytest.mark.parametrize("pause", [4, 8, 10])
+def test_a_zoom_that_pauses_counts_once(pause: int) -> None:
+    steps = pieces((0, 20), (0.5, 15), (0, pause), (0.5, 15))
+    # Half a percent of it may pass for the hand's.
+    assert total(steps)[-1] == pytest.approx(steps.sum(), rel=0.007)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    parts=st.lists(st.tuples(st.floats(0, 1), st.integers(1, 25), st.integers(0, 12)), max_size=4),
+    sign=st.sampled_from([-1, 1]),
+)
+def test_never_more_counts_than_there_was(parts: list[tuple[float, int, int]], sign: int) -> None:
+    steps = pieces(*(p for speed, frames, pause in parts for p in ((speed, frames), (0, pause))))
+    found = shares(sign * steps)
+    counted = sign * np.cumsum([s.logarithm for s in found])
+    seeming = sign * np.cumsum([s.seeming for s in found])
+    assert (counted <= np.cumsum(steps) + 1e-9).all()
+    # Nor is more taken back than seemed one.
+    assert (seeming >= -1e-9).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    parts=st.lists(
+        st.tuples(
+            st.just(0.0) | st.floats(0.12, 1) | st.floats(-1, -0.12),
+            # No shorter than the window: less of it may pass unseen.
+            st.integers(9, 25),
+        ),
+        max_size=6,
+    )
+)
+def test_a_zoom_to_and_fro_with_pauses_counts_in_full(parts: list[tuple[float, int]]) -> None:
+    steps = pieces((0, 13), *parts)
+    # What stays undecided is the window, at the speed of a zoom that is just not seen.
+    assert total(steps)[-1] == pytest.approx(steps.sum(), abs=0.32 * 0.12)
 
 
 def test_a_gentle_start_is_made_up_for() -> None:
