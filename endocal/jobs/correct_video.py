@@ -129,7 +129,7 @@ def correct_video(
             latency=None if feed is None else feed.latency(),
             notes=(
                 *notes,
-                *(note for eye in eyes for note in eye.notes),
+                *dict.fromkeys(note for eye in eyes for note in eye.notes),
                 *whole.notes(),
                 *(f"{what} cannot be kept, and is left out" for what in info.extras),
                 *writer.notes,

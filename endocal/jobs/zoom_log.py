@@ -118,7 +118,7 @@ class RecordedRow(NamedTuple):
 
 
 class RecordedZoom:
-    """The diameter and the circle's shift over time from a log.
+    """The diameter and the circle's shift over time from a log, called ``name``, and its ``rows`` in order.
 
     They are interpolated between its rows and held at its ends. Rows count by their time or, where none has
     one, by their frame number. Raises InputError for a file that is missing or empty, whose rows lack a
@@ -126,25 +126,26 @@ class RecordedZoom:
     """
 
     def __init__(self, path: str) -> None:
-        self._name = shown(path)
+        self.name = shown(path)
         rows = list(recorded_rows(path))
-        self.by_time, places = places_of(rows, self._name)
+        self.by_time, places = places_of(rows, self.name)
         order = np.argsort(places, kind="stable")
         self._places = places[order]
+        self.rows = tuple(rows[i] for i in order)
         # A zoom is a ratio, so that it is interpolated in the logarithm.
-        self._logs = np.log([row.diameter for row in rows])[order]
-        self._shifts = np.array([row.shift for row in rows])[order]
-        self._check_instants([rows[i] for i in order])
+        self._logs = np.log([row.diameter for row in self.rows])
+        self._shifts = np.array([row.shift for row in self.rows])
+        self._check_instants()
 
-    def _check_instants(self, rows: Sequence[RecordedRow]) -> None:
+    def _check_instants(self) -> None:
         """Refuse two diameters of one instant; frames of their own may share it, in a damaged recording."""
-        for a, b in pairwise(rows):
+        for a, b in pairwise(self.rows):
             if a.frame != b.frame or (self.by_time and a.time != b.time):
                 continue
             if abs(math.log(b.diameter / a.diameter)) > _SAME_DIAMETER:
                 instant = f"{b.time:g} s" if self.by_time else f"frame {b.frame}"
                 raise InputError(
-                    f"{self._name}, line {b.line}: says {b.diameter:g} px of {instant}, where line {a.line}"
+                    f"{self.name}, line {b.line}: says {b.diameter:g} px of {instant}, where line {a.line}"
                     f" says {a.diameter:g} px: leave one out"
                 )
 
@@ -160,7 +161,7 @@ class RecordedZoom:
 
     def _place(self, frame: int, time: float | None) -> float:
         if self.by_time and time is None:
-            raise InputError(f"{self._name}: gives times, but the video's frames have none")
+            raise InputError(f"{self.name}: gives times, but the video's frames have none")
         return float((time if self.by_time else frame) or 0)
 
 
@@ -188,7 +189,8 @@ def recorded_rows(path: str) -> Iterator[RecordedRow]:
     """Yield the rows of a log as they come; InputError for a file or a row that is none."""
     is_csv, name = _is_csv(path), shown(path)
     try:
-        with Path(path).open(encoding="utf-8", newline="") as file:
+        # Spreadsheets put a byte-order mark before the first column's name.
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
             for line, row in _csv_rows(file, name) if is_csv else _line_rows(file):
                 yield _row(row, line, f"{name}, line {line}")
     except OSError as error:

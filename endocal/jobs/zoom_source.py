@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable
 
@@ -10,18 +9,17 @@ import numpy as np
 
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
-from ..errors import InputError, UsageError
+from ..errors import InputError
 from ..model import DivisionModel
 from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.shift import shifted
 from ..zoom.table import ZoomTable
 from .first_circle import Ahead, FirstCircle, first_circle
+from .zoom_bounds import check_assumed, check_recorded
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
 
 # So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
 _RANGE_SLACK = 1.02
-# No lens zooms so far beyond both its settings and the frame, as a ratio.
-_FURTHEST_ZOOM = 4.0
 
 
 class FollowedZoom:
@@ -30,7 +28,8 @@ class FollowedZoom:
     Each frame's zoom goes to ``log``, if there is one. Where the first frames show no circle (a fade from
     black, a cloth before the lens, a rim out of the frame), the first one in ``ahead``, the video's luma and
     times from its start, holds for them; ``notes`` says so, and where the zoom leaves the calibrated range.
-    Raises UsageError for an assumed diameter that no circle before this lens can have.
+    Raises UsageError for an assumed diameter, and InputError for a recorded zoom, that no circle before this
+    lens can have; and InputError for a table that lacks what the look-up or the centre goes by.
     """
 
     def __init__(
@@ -43,9 +42,15 @@ class FollowedZoom:
         log: ZoomLog | None,
         ahead: Ahead | None,
     ) -> None:
-        if assume_diameter is not None:
-            _check_assumed(assume_diameter, table, lookup)
+        follows_shift = center != "fixed"
         self.notes: list[str] = []
+        if assume_diameter is not None:
+            check_assumed(assume_diameter, table, lookup)
+        if recorded is not None:
+            check_recorded(recorded, table, lookup, follows_shift)
+        else:
+            table.check_lookup(lookup)
+            self._check_circles(table, center)
         if recorded is not None and lookup == "area":
             self.notes.append(
                 "--zoom-from tells diameters and no areas: instead of --lookup area, --lookup diameter holds"
@@ -53,10 +58,10 @@ class FollowedZoom:
         self._ahead = ahead
         self._table = table
         self._lookup = lookup
-        self._follows_shift = center != "fixed"
+        self._follows_shift = follows_shift
         self._recorded = recorded
         self._log = log
-        self._follower = ZoomFollower(table, FollowSpec(lookup, center != "fixed", assume_diameter))
+        self._follower = ZoomFollower(table, FollowSpec(lookup, follows_shift, assume_diameter))
         # Until a circle is seen or one is assumed, there is nothing to follow.
         self._has_begun = assume_diameter is not None
         self._first: FirstCircle | None = None
@@ -76,7 +81,9 @@ class FollowedZoom:
             estimate = self._follow(luma(), time_s)
         else:
             diameter = self._recorded.diameter(self._frame, time_s)
-            shift = self._recorded.shift(self._frame, time_s)
+            shift = (0.0, 0.0)
+            if self._follows_shift:
+                shift = self._recorded.shift(self._frame, time_s)
             model = shifted(self._table.at_diameter(diameter, self._lookup), shift)
             estimate = ZoomEstimate(model, None, diameter, "given", 0.0, shift)
         self.sources[estimate.source] += 1
@@ -97,6 +104,21 @@ class FollowedZoom:
             )
         self._frame += 1
         return estimate.model
+
+    def _check_circles(self, table: ZoomTable, center: str) -> None:
+        """Without the places of all its circles a table does not tell how far one was shifted."""
+        lacking = [s.title for s in table.settings if s.circle is None]
+        if not lacking or center == "fixed":
+            return
+        if center == "follow":
+            raise InputError(
+                "--center follow: the zoom table does not tell where its visible circle was, at"
+                f" {' and '.join(lacking)}; make the table from calibrations that show the rim"
+            )
+        self.notes.append(
+            "the table does not tell where its circles are: the distortion centre does not follow the"
+            " circle's shift"
+        )
 
     def _watch_range(self, diameter: float, time_s: float | None) -> None:
         """Note the first time that the zoom leaves what was calibrated."""
@@ -122,19 +144,3 @@ class FollowedZoom:
                 f"the first frames show no circle; the first one seen, {diameter:.1f} px wide, holds for them"
             )
         return self._first.held(self._frame, time_s)
-
-
-def _check_assumed(diameter: float, table: ZoomTable, lookup: str) -> None:
-    low, high = (table.settings[i].diameter for i in (0, -1))
-    width, height = table.size
-    least = min(low, height) / _FURTHEST_ZOOM
-    most = max(high, math.hypot(width * table.pixel_aspect, height)) * _FURTHEST_ZOOM
-    seen = f"in frames of {width}x{height} the zoom table goes from {low:.0f} to {high:.0f} px"
-    if not least <= diameter <= most:
-        raise UsageError(
-            f"--assume-diameter {diameter:g}: {seen}, and {least:.0f} to {most:.0f} px can be assumed"
-        )
-    try:
-        table.at_diameter(diameter, lookup)
-    except InputError as error:
-        raise UsageError(f"--assume-diameter {diameter:g}: {error}; {seen}") from None

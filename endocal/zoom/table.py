@@ -115,8 +115,8 @@ class ZoomTable:
     """The settings of one lens, sorted by diameter, for frames of ``size`` (width, height) px.
 
     Raises InputError for fewer than two settings, two equal diameters, a setting whose model folds the
-    picture within its own circle, and one that breaks the law by more than 30 % (of two settings: if they
-    differ by more than 30 % of the stronger).
+    picture within its own circle or whose circle lies far outside the frame, and one that breaks the law by
+    more than 30 % (of two settings: if they differ by more than 30 % of the stronger).
     """
 
     settings: tuple[Setting, ...]
@@ -143,7 +143,19 @@ class ZoomTable:
                     f"lambda {setting.lam:g} at diameter {setting.title} folds the picture within its own"
                     " circle: calibrate that setting again"
                 )
+            self._check_circle(setting)
         self._check_law()
+
+    def _check_circle(self, setting: Setting) -> None:
+        """Refuse a circle whose centre is nowhere near the frame, as a model refuses such a centre."""
+        if setting.circle is None:
+            return
+        (x, y), (w, h) = setting.circle, self.size
+        if not (-w <= x <= 2 * w and -h <= y <= 2 * h):
+            raise InputError(
+                f"setting {setting.title}: its circle's centre ({x:g}, {y:g}) lies far outside the {w}x{h}"
+                " frame"
+            )
 
     def _check_law(self) -> None:
         # Of two settings, either may be the wrong one.
@@ -175,6 +187,15 @@ class ZoomTable:
     def covers(self, diameter: float) -> bool:
         """Say whether a diameter, px, lies in the calibrated range; outside it the law extrapolates."""
         return self.settings[0].diameter <= diameter <= self.settings[-1].diameter
+
+    def check_lookup(self, lookup: str) -> None:
+        """Raise InputError where the settings lack what the look-up goes by: the area look-up their areas."""
+        lacking = [s.title for s in self.settings if s.area is None]
+        if lookup == "area" and lacking:
+            raise InputError(
+                f"--lookup area: the zoom table's setting {' and '.join(lacking)} has no area: give it there,"
+                " in px^2, or use --lookup auto"
+            )
 
     def at(self, boundary: Boundary, lookup: str = "auto") -> DivisionModel:
         """Return the model for a frame with this boundary; ``lookup`` is one of LOOKUPS."""
@@ -217,9 +238,8 @@ class ZoomTable:
 
     def _at_area(self, boundary: Boundary) -> DivisionModel:
         """Interpolate linearly between the settings of the two areas about this one (section IV-B)."""
+        self.check_lookup("area")
         known = sorted((s.area, s.lam, s.lam2) for s in self.settings if s.area is not None)
-        if len(known) < len(self.settings):
-            raise InputError("the area look-up needs an area in every setting of the zoom table")
         areas = [k[0] for k in known]
         if not areas[0] <= boundary.area <= areas[-1]:
             return self.at_diameter(boundary.diameter, "diameter")

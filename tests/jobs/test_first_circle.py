@@ -16,7 +16,9 @@ from endocal.zoom.table import Setting, ZoomTable
 
 SIZE = (320, 240)
 CENTER = ((SIZE[0] - 1) / 2, (SIZE[1] - 1) / 2)
-TABLE = ZoomTable(tuple(Setting(-0.8 / d**2, CENTER, d) for d in (150.0, 500.0)), SIZE)
+TABLE = ZoomTable(
+    tuple(Setting(-0.8 / d**2, CENTER, d, circle=CENTER) for d in (150.0, 500.0)), SIZE
+)
 # Wider than the frame's diagonal of 400 px, and then in sight.
 DIAMETERS = np.geomspace(500, 300, 60)
 

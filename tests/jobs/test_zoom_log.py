@@ -103,6 +103,21 @@ def test_a_wrong_log_is_refused_by_line(tmp_path: Path, name: str, text: str, wo
         RecordedZoom(str(path))
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "time,diameter\r\n0,400\r\n"),
+        ("a.jsonl", '{"time": 0, "diameter": 400}\n'),
+    ],
+)
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path: Path, name: str, text: str) -> None:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8-sig")
+    recorded = RecordedZoom(str(path))
+    assert recorded.by_time
+    assert recorded.diameter(0, 0.0) == pytest.approx(400)
+
+
 def test_an_instant_may_come_twice_if_it_says_the_same_or_is_two_frames(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("frame,time,diameter\n0,1,400\n0,1,400.001\n1,1,420\n2,2,440\n")

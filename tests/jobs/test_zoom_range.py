@@ -7,13 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endocal.errors import UsageError
+from endocal.errors import InputError, UsageError
 from endocal.jobs.zoom_log import RecordedZoom
 from endocal.jobs.zoom_source import FollowedZoom
 from endocal.zoom.table import Setting, ZoomTable
 
+MIDDLE = (319.5, 239.5)
 TABLE = ZoomTable(
-    tuple(Setting(-1.3 / d**2, (319.5, 239.5), d) for d in (400.0, 500.0)), (640, 480)
+    tuple(Setting(-1.3 / d**2, MIDDLE, d, circle=MIDDLE) for d in (400.0, 500.0)), (640, 480)
+)
+# The centre runs away with the zoom.
+RUNAWAY = ZoomTable(
+    (Setting(-1.3 / 400**2, MIDDLE, 400.0), Setting(-1.3 / 500**2, (360, 239.5), 500.0)), (640, 480)
 )
 
 
@@ -66,10 +71,25 @@ def test_one_far_beyond_the_frame_is_not(diameter: float) -> None:
 
 
 def test_one_that_the_table_cannot_tell_a_lens_for_is_refused_at_once() -> None:
-    # The centre runs away with the zoom.
-    settings = (
-        Setting(-1.3 / 400**2, (319.5, 239.5), 400.0),
-        Setting(-1.3 / 500**2, (360, 239.5), 500.0),
-    )
     with pytest.raises(UsageError, match=r"--assume-diameter 3100: .*400 to 500 px"):
-        FollowedZoom(ZoomTable(settings, (640, 480)), "auto", "auto", 3100.0, None, None, None)
+        FollowedZoom(RUNAWAY, "auto", "auto", 3100.0, None, None, None)
+
+
+@pytest.mark.parametrize("diameter", [9.0, 99.0, 3300.0])
+def test_a_recorded_diameter_that_cannot_be_is_refused_with_its_line(
+    tmp_path: Path, diameter: float
+) -> None:
+    words = (
+        rf"zoom\.csv, line 3: the diameter {diameter:g} px .*640x480 .*400 to 500 px.*100 to 3200"
+    )
+    with pytest.raises(InputError, match=words):
+        follow(tmp_path, [450.0, diameter])
+
+
+def test_a_recorded_one_that_the_table_cannot_tell_a_lens_for_is_refused_with_its_line(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "zoom.csv"
+    path.write_text("frame,diameter\n0,450\n1,3100\n")
+    with pytest.raises(InputError, match=r"zoom\.csv, line 3: the centre .* correct the row"):
+        FollowedZoom(RUNAWAY, "auto", "auto", None, RecordedZoom(str(path)), None, None)

@@ -252,3 +252,21 @@ def test_a_diameter_alone_is_looked_up_by_area_as_by_diameter() -> None:
     )
     assert table.at_diameter(460, "area") == table.at_diameter(460, "diameter")
     assert table.at_diameter(460, "area") != table.at_diameter(460, "auto")
+
+
+@pytest.mark.parametrize("circle", [(-721.0, 270.0), (1441.0, 270.0), (360.0, 1e9)])
+def test_a_circle_far_outside_the_frame_is_refused_by_setting(circle: tuple[float, float]) -> None:
+    settings = (
+        Setting(-8e-6, MIDDLE, 400.0, circle=MIDDLE),
+        Setting(-5e-6, MIDDLE, 500.0, circle=circle),
+    )
+    with pytest.raises(
+        InputError, match=r"setting 500 px: its circle's centre .* far outside the 720x540"
+    ):
+        ZoomTable(settings, SIZE)
+
+
+def test_the_area_look_up_names_the_setting_that_has_none() -> None:
+    settings = (Setting(-8e-6, MIDDLE, 400.0, 1e5), Setting(-5e-6, MIDDLE, 500.0))
+    with pytest.raises(InputError, match=r"--lookup area: .* setting 500 px has no area: give it"):
+        ZoomTable(settings, SIZE).check_lookup("area")
