@@ -133,7 +133,11 @@ class FollowedZoom:
         )
 
     def _follow(self, luma: np.ndarray, time_s: float | None) -> ZoomEstimate:
-        shows_circle = self._has_begun or find_boundary(luma, self._table.pixel_aspect) is not None
+        shows_circle = self._has_begun or (
+            # Any circle before the first one that is confirmed is a false one.
+            (self._first is None or self._first.may_begin(self._frame))
+            and find_boundary(luma, self._table.pixel_aspect) is not None
+        )
         if shows_circle or self._ahead is None:
             self._has_begun = True
             return self._follower.update(luma, time_s)

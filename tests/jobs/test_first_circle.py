@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from endocal.errors import InputError
+from endocal.jobs.first_circle import first_circle
 from endocal.jobs.zoom_log import ZoomRecord
 from endocal.jobs.zoom_source import FollowedZoom
 from endocal.zoom.table import Setting, ZoomTable
@@ -74,6 +75,20 @@ def test_its_doubt_grows_towards_the_start_and_covers_the_truth(timed: bool) -> 
     assert doubts[0] > 4 * doubts[-1]
     for record, diameter in zip(log[: len(doubts)], DIAMETERS, strict=False):
         assert abs(math.log(record.diameter / diameter)) < 4 * record.uncertainty
+
+
+@pytest.mark.parametrize("false", [160.0, 260.0])
+def test_a_single_false_circle_decides_nothing(false: float) -> None:
+    # In the ninth frame, which is looked at: something round and dark about the view, as a trocar's mouth.
+    diameters = np.concatenate([np.full(8, 900.0), [false], np.full(7, 900.0), np.full(12, 320.0)])
+    log, _ = follow(diameters, [None] * len(diameters))
+    assert [record.source for record in log] == ["held"] * 16 + ["rim"] * 12
+    assert [record.diameter for record in log] == pytest.approx([320.0] * 28, rel=0.01)
+
+
+def test_a_circle_that_nothing_confirms_is_taken_where_the_video_ends() -> None:
+    videos = [(scene(d), None) for d in [900.0] * 4 + [320.0]]
+    assert first_circle(lambda: iter(videos), TABLE, "auto", True).number == 4
 
 
 def test_a_video_without_any_circle_is_refused() -> None:
