@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .bars import picture_between_bars
 from .circle import Boundary
 from .coarse import Samples, thin
 from .departure import RimPoints, radius_departure
@@ -92,6 +93,12 @@ def _search(
 ) -> tuple[Rim, Box] | None:
     """Find the rim and the box that holds the content, in square pixels."""
     frame = frame_of(image, pixel_aspect)
+    between = picture_between_bars(frame)
+    return (between and _in_part(frame, between, spec, guess)) or _in_whole(frame, spec, guess)
+
+
+def _in_whole(frame: Frame, spec: BoundarySpec, guess: Boundary | None) -> tuple[Rim, Box] | None:
+    """Find the rim in the frame, or in what panels leave of it."""
     samples = thin(frame)
     if samples is None:
         return None
@@ -100,7 +107,7 @@ def _search(
         search = Search(frame, samples, spec)
         if guess is not None:
             x, y = guess.center
-            found = search.near(Circle(x * pixel_aspect, y, guess.diameter / 2))
+            found = search.near(Circle(x * frame.pixel_aspect, y, guess.diameter / 2))
         found = found or search.anywhere()
     return found or _beside_panels(frame, samples, spec)
 
@@ -111,11 +118,23 @@ def _beside_panels(frame: Frame, samples: Samples, spec: BoundarySpec) -> tuple[
     if left is None:
         return None
     rows, columns = (slice(s.start * samples.step, s.stop * samples.step) for s in left)
+    return _in_part(frame, (rows, columns), spec)
+
+
+def _in_part(
+    frame: Frame, part: tuple[slice, slice], spec: BoundarySpec, guess: Boundary | None = None
+) -> tuple[Rim, Box] | None:
+    """Find the rim in these rows and columns, px, of a frame."""
+    rows, columns = part
     picture = frame._replace(luma=frame.luma[rows, columns])
-    thinned = thin(picture)
-    if thinned is None or thinned.dark.level > spec.max_black:
+    samples = thin(picture)
+    if samples is None or samples.dark.level > spec.max_black:
         return None
-    found = Search(picture, thinned, spec).anywhere()
+    search, found = Search(picture, samples, spec), None
+    if guess is not None:
+        x, y = guess.center[0] - columns.start, guess.center[1] - rows.start
+        found = search.near(Circle(x * frame.pixel_aspect, y, guess.diameter / 2))
+    found = found or search.anywhere()
     if found is None:
         return None
     rim, box = found
