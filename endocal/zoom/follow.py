@@ -172,7 +172,8 @@ class ZoomFollower:
                 state.widen(doubt_after(spec.held, spec.memory, seconds))
             if lost:
                 self._tracker.forget()
-                self._rest.forget(moves=state.is_moving)
+                speed = state.speed * elapsed.frames / seconds
+                self._rest.forget(speed if state.is_moving else None)
                 self._slow.restart()
                 self._doubt.restart()
                 self._tracker.step(luma, self._table, state.diameter, shift=self._shift.value)

@@ -29,11 +29,13 @@ class RestSpec:
     A moving zoom changes by ``zoom``, a hand comes nearer by ``hand``, in a ``hurry`` (a probability) by
     ``hurried``: relative per s, one standard deviation each. A hand that has also gone aside within the last
     ``roaming`` s comes nearer by ``aside`` of that besides. A resting zoom moves with the probability
-    ``starts``, one that moved with ``goes_on``. Some zoom passes for approach, or the reverse, by ``mistake``
-    per s (one standard deviation) since the scene is never quite known; what seemed a zoom at rest is such
-    a mistake, remembered, and forgotten, within ``memory`` s. In the long run ``confused`` of what the two
-    made of the picture together (one standard deviation) may be the other's. Once a zoom is noticed, what
-    it did in the last ``history`` s is made up for.
+    ``starts``, one that moved with ``goes_on``. One whose speed was told keeps it, within ``steady`` of it
+    (one standard deviation), with the probability ``keeps``, of which 1/e is left after ``told`` s.
+    Some zoom passes for approach, or the reverse, by ``mistake`` per s (one standard deviation) since the
+    scene is never quite known; what seemed a zoom at rest is such a mistake, remembered, and forgotten,
+    within ``memory`` s. In the long run ``confused`` of what the two made of the picture together (one
+    standard deviation) may be the other's. Once a zoom is noticed, what it did in the last ``history`` s is
+    made up for.
     """
 
     window: float = 0.32
@@ -46,6 +48,9 @@ class RestSpec:
     roaming: float = 2.0
     starts: float = 0.05
     goes_on: float = 0.6
+    steady: float = 0.5
+    keeps: float = 0.8
+    told: float = 0.4
     mistake: float = 0.02
     memory: float = 0.5
     confused: float = 0.7
@@ -107,6 +112,8 @@ class ZoomRest:
         self._steps: deque[_Step] = deque()
         self._moves = False
         self._mistaken = 0.0
+        # The speed of zoom that was told, per s, and the probability that it is still the same.
+        self._told, self._keeps = 0.0, 0.0
         # The mean square of the speed aside, in one direction, (distances per s)^2.
         self._roaming = 0.0
 
@@ -115,11 +122,12 @@ class ZoomRest:
         """Say whether the zoom was at rest of late."""
         return not self._moves
 
-    def forget(self, moves: bool = False) -> None:
-        """Begin anew, at rest or with a zoom that moves already."""
+    def forget(self, speed: float | None = None) -> None:
+        """Begin anew, at rest or with a zoom that moves already at a ``speed``, per s."""
         self._steps.clear()
-        self._moves = moves
+        self._moves = speed is not None
         self._mistaken = 0.0
+        self._told, self._keeps = (0.0, 0.0) if not speed else (speed, self._spec.keeps)
 
     def take(self, step: ScaleStep, seconds: float) -> ZoomShare:
         """Return what of a step that took ``seconds`` s was zoom."""
@@ -135,6 +143,8 @@ class ZoomRest:
         weights /= weights.sum()
         moving = sum(p for p, w in zip(weights, weighed, strict=True) if w.moves)
         self._moves = bool(moving > 0.5)
+        # A zoom that came to rest begins anew at any speed.
+        self._keeps *= math.exp(-seconds / spec.told) if self._moves else 0.0
         best = max((w for w in weighed if w.moves == self._moves), key=lambda w: w.evidence)
         told = max((w for w in weighed if w.moves), key=lambda w: w.evidence)
         off = [(w.zoom - best.zoom) ** 2 + w.variance for w in weighed]
@@ -191,23 +201,31 @@ class ZoomRest:
         # frames tell no more than one; their mean is steadier.
         information = _mixed(np.mean([s.information for s in late], axis=0), spec.mistake)
         target = information @ np.mean([s.speeds() for s in late], axis=0)
-        moves = spec.goes_on if self._moves else spec.starts
+        moves = (1 - self._keeps) * (spec.goes_on if self._moves else spec.starts)
+        rests = 1 - self._keeps - moves
+        zooms = [(0.0, spec.zoom, moves)]
+        if self._keeps > 0:
+            zooms.append((self._told, spec.steady * abs(self._told), self._keeps))
         roaming = spec.aside * math.sqrt(self._roaming)
         out = []
         for speed, usual in ((spec.hand, 1 - spec.hurry), (spec.hurried, spec.hurry)):
             hand = math.hypot(speed, roaming)
             _, rest = _explain(information[1:, 1:], target[1:], np.array([hand]))
-            out.append(_Weighed(False, rest + math.log(usual * (1 - moves)), 0.0, 0.0, 0.0))
-            (found, covariance), zoom = _explain(information, target, np.array([spec.zoom, hand]))
-            out.append(
-                _Weighed(
-                    True,
-                    zoom + math.log(usual * moves),
-                    float(found[0]),
-                    float(found[1]),
-                    float(covariance[0, 0]),
+            out.append(_Weighed(False, rest + math.log(usual * rests), 0.0, 0.0, 0.0))
+            for mean, deviation, prior in zooms:
+                usually, expected = np.array([mean, 0.0]), np.array([deviation, hand])
+                surplus = target - information @ usually
+                (found, covariance), zoom = _explain(information, surplus, expected)
+                zoom += float(usually @ (target + surplus)) / 2
+                out.append(
+                    _Weighed(
+                        True,
+                        zoom + math.log(usual * prior),
+                        mean + float(found[0]),
+                        float(found[1]),
+                        float(covariance[0, 0]),
+                    )
                 )
-            )
         return out
 
 

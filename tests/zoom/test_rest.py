@@ -21,15 +21,17 @@ def shares(
     apart: float = 0.01,
     seconds: float = FRAME,
     aside: float = 0.0,
+    told: float | None = None,
 ) -> list[ZoomShare]:
     """What becomes of the steps of a picture that tells the two apart by ``apart`` per s.
 
-    The camera goes aside by ``aside`` distances per s, both ways.
+    The camera goes aside by ``aside`` distances per s, both ways. The zoom moves at ``told`` per s before.
     """
     sum_, difference = np.array([1.0, 1.0]) / 2, np.array([1.0, -1.0]) / 2
     information = np.outer(sum_, sum_) / TOGETHER**2 + np.outer(difference, difference) / apart**2
     information /= seconds**2
     rest, out = ZoomRest(), []
+    rest.forget(told)
     for z, a in np.broadcast(zoom, approach):
         target = information @ np.array([z, a])
         went = np.full(2, aside * seconds)
@@ -153,12 +155,34 @@ def test_a_zoom_that_is_going_on_needs_no_proof_anew() -> None:
     information = np.diag([0.04**-2.0, 0.04**-2.0]) / FRAME**2
     target = information @ [0.1 * FRAME, 0.0]
     step = ScaleStep(0.1 * FRAME, 1e-4, 0.0, information, target, np.zeros(2))
-    rest.forget(moves=False)
+    rest.forget()
     assert rest.take(step, FRAME).logarithm == 0
     assert rest.rests
-    rest.forget(moves=True)
+    rest.forget(speed=0.1)
     assert rest.take(step, FRAME).logarithm == pytest.approx(0.1 * FRAME, rel=0.01)
     assert not rest.rests
+
+
+@pytest.mark.parametrize("speed", [0.08, -0.08])
+def test_a_zoom_goes_on_as_the_rim_told_where_the_picture_does_not_tell(speed: float) -> None:
+    # A hand might as well come nearer at that speed.
+    steps = np.full(12, speed * FRAME)
+    assert total(steps, apart=1.0, told=speed)[-1] == pytest.approx(steps.sum(), rel=0.4)
+    assert not total(steps, apart=1.0, told=0.0).any()
+
+
+@pytest.mark.parametrize("apart", [0.01, 1.0])
+def test_a_zoom_that_the_rim_told_may_stop(apart: float) -> None:
+    # The hand stands still, too: nothing but a hand that retreats at the same speed would hide a zoom.
+    found = total(np.zeros(50), apart=apart, told=0.3)
+    assert abs(found[-1]) < 0.02
+    assert not np.diff(found[25:]).any()
+
+
+def test_what_the_rim_told_fades() -> None:
+    # A zoom at the told speed, then at another: after a while the picture alone counts.
+    steps = np.concatenate([np.full(50, 0.15 * FRAME), np.full(50, 0.4 * FRAME)])
+    assert total(steps, apart=0.05, told=0.15)[-1] == pytest.approx(steps.sum(), rel=0.05)
 
 
 def test_a_camera_that_roams_comes_nearer_too() -> None:
