@@ -142,12 +142,11 @@ class DivisionModel:
                 f"a calibration for {self.size[0]}x{self.size[1]} does not fit a frame of"
                 f" {size[0]}x{size[1]}: another aspect ratio"
             )
-        cx, cy = self.center
         return replace(
             self,
             lam=self.lam / sy**2,
             lam2=self.lam2 / sy**4,
-            center=((cx + 0.5) * sx - 0.5, (cy + 0.5) * sy - 0.5),
+            center=rescaled_place(self.center, (sx, sy)),
             size=(int(size[0]), int(size[1])),
         )
 
@@ -202,3 +201,8 @@ def _invert_radius(
         reached = np.abs(ru * (1 + q * (lam + q * lam2)) - rd) <= 1e-6 * np.maximum(rd, 1)
         ratio = np.where(ru > 0, rd / np.where(ru > 0, ru, 1), 1.0)
     return np.where(reached, ratio, np.nan)
+
+
+def rescaled_place(place: tuple[float, float], scale: tuple[float, float]) -> tuple[float, float]:
+    """Return where a place (x, y) px lies in the frame rescaled by ``scale`` (x, y), by pixel centres."""
+    return (place[0] + 0.5) * scale[0] - 0.5, (place[1] + 0.5) * scale[1] - 0.5

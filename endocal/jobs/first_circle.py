@@ -12,6 +12,7 @@ import numpy as np
 
 from ..boundary.detect import Located, boundary_of, locate_boundary
 from ..errors import InputError
+from ..zoom.clock import USUAL_STEP
 from ..zoom.doubt import doubt_after
 from ..zoom.follow import FollowSpec, ZoomEstimate
 from ..zoom.shift import offset, shifted
@@ -23,8 +24,6 @@ Ahead = Callable[[], Iterator[tuple[np.ndarray, float | None]]]
 _LOOK_EVERY = 4
 # Relative change of a diameter from frame to frame by the fastest hand: it doubles in a second.
 _FASTEST = 0.03
-# Seconds between frames where the video does not say.
-_USUAL_STEP = 0.04
 
 
 class FirstCircle(NamedTuple):
@@ -41,7 +40,7 @@ class FirstCircle(NamedTuple):
     def held(self, number: int, time: float | None) -> ZoomEstimate:
         """Return the estimate for a frame that shows no circle: this one's, in more doubt the further off."""
         if time is None or self.time is None:
-            away = abs(self.number - number) * _USUAL_STEP
+            away = abs(self.number - number) * USUAL_STEP
         else:
             away = abs(self.time - time)
         spec = FollowSpec()

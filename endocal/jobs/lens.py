@@ -13,7 +13,7 @@ import numpy as np
 from ..boundary.circle import Boundary
 from ..calibration.result import Calibration
 from ..errors import InputError
-from ..model import DivisionModel
+from ..model import DivisionModel, rescaled_place
 from ..zoom.table import ZoomTable
 from .fixed_lens import FixedModel
 from .zoom_log import RecordedZoom, ZoomLog
@@ -115,13 +115,12 @@ def _rescaled(lens: Lens, size: tuple[int, int], scale: tuple[float, float], asp
     if isinstance(lens, ZoomTable):
         return ZoomTable(tuple(s.rescale(*scale) for s in lens.settings), size, aspect)
     m, b = lens.model, lens.boundary
-    model = DivisionModel(m.lam / y**2, _moved(m.center, scale), size, aspect, m.lam2 / y**4)
+    model = DivisionModel(
+        m.lam / y**2, rescaled_place(m.center, scale), size, aspect, m.lam2 / y**4
+    )
     if b is not None:
-        b = Boundary(_moved(b.center, scale), b.diameter * y, b.area * scale[0] * y, b.visible)
+        b = Boundary(
+            rescaled_place(b.center, scale), b.diameter * y, b.area * scale[0] * y, b.visible
+        )
     radius = None if lens.usable_radius is None else lens.usable_radius * y
     return replace(lens, model=model, boundary=b, usable_radius=radius)
-
-
-def _moved(center: tuple[float, float], scale: tuple[float, float]) -> tuple[float, float]:
-    """Rescale a point by pixel centres."""
-    return (center[0] + 0.5) * scale[0] - 0.5, (center[1] + 0.5) * scale[1] - 0.5

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 from ..boundary.circle import Boundary
 from ..errors import InputError
-from ..model import DivisionModel
+from ..model import DivisionModel, rescaled_place
 from .interpolate import MonotoneCurve, line_slope, linear
 
 LOOKUPS = ("auto", "diameter", "area")
@@ -76,18 +76,14 @@ class Setting:
 
         lam goes with 1/y^2, since it counts in pixels of the height, and places go by pixel centres.
         """
-
-        def moved(place: tuple[float, float]) -> tuple[float, float]:
-            return (place[0] + 0.5) * x - 0.5, (place[1] + 0.5) * y - 0.5
-
         return replace(
             self,
             lam=self.lam / y**2,
             lam2=self.lam2 / y**4,
-            center=moved(self.center),
+            center=rescaled_place(self.center, (x, y)),
             diameter=self.diameter * y,
             area=None if self.area is None else self.area * x * y,
-            circle=None if self.circle is None else moved(self.circle),
+            circle=None if self.circle is None else rescaled_place(self.circle, (x, y)),
         )
 
     @property
