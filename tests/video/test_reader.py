@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from endocal.errors import InputError
+from endocal.video.decoder import MAX_CONSECUTIVE_FAILURES
 from endocal.video.frames import luma_view
-from endocal.video.reader import MAX_CONSECUTIVE_FAILURES, VideoReader, is_frame
+from endocal.video.reader import VideoReader, is_frame
 from tests.video.clips import Clip
 
 
