@@ -44,6 +44,8 @@ def picture_between_bars(frame: Frame) -> tuple[slice, slice] | None:
 
 
 def _is_even(side: Luma) -> bool:
+    if side[0] != side[-1]:
+        return False
     few = side[:: max(len(side) // _FEW, 1)].tolist()
     return few.count(few[0]) == len(few) and bool((side == side[0]).all())
 

@@ -1,4 +1,4 @@
-"""The first look: the black outside, the limit of the content, and a circle through it, on few samples."""
+"""The first look: the limit of the content, and a circle through it, on few samples."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from .disc import Box, whole_frame
 from .fit import Circle, consensus_circle
 from .frame import Frame
+from .outside import LINES, line_step
 
 Array = NDArray[np.float32]
 
-# Lines of samples at most; a frame is thinned by nearest neighbour.
-_LINES = 120
 # A side of the content that is straight over this fraction of its lines is the edge of a box, not a rim. A
 # circle that just fits the frame is that straight, to one sample, over a third of them.
 _STRAIGHT = 0.45
@@ -25,41 +24,9 @@ _STRAIGHT = 0.45
 _ROWS, _COLUMNS = 3, 4
 # Content that lasts goes on inwards for so many samples, a tenth of the lines: a ring of reflections or a
 # line of text about the circle does not.
-_LASTING = _LINES // 10
+_LASTING = LINES // 10
 # By so many samples the scan finds the rim too far out, as a rule.
 _WIDENING = 0.75
-# Side of a corner's patch, in samples; which of them, in order, is the middle one, and which is one standard
-# deviation above it.
-_CORNER = 5
-_SIGMA_ABOVE = 0.84
-_MIDDLE, _UPPER = _CORNER**2 // 2, int(_CORNER**2 * _SIGMA_ABOVE)
-
-
-class Dark(NamedTuple):
-    """The outside: its level, its noise (one standard deviation), and the level that content exceeds."""
-
-    level: float
-    noise: float
-    threshold: float
-
-    @property
-    def contrast(self) -> float:
-        """The least rise above the outside that is no noise."""
-        return least_contrast(self.noise)
-
-    @property
-    def has_glare(self) -> bool:
-        """Say whether the outside is taken to be brighter than its darkest corner."""
-        return self.threshold > self.level + self.contrast
-
-    def raised(self, threshold: float) -> Dark:
-        """Return the same outside with glare in it: content only counts above ``threshold``."""
-        return self._replace(threshold=max(threshold, self.level + self.contrast))
-
-
-def least_contrast(noise: float) -> float:
-    """Return the least rise above a level with this noise that is none itself."""
-    return 3 + 1.5 * noise
 
 
 class Samples(NamedTuple):
@@ -67,74 +34,35 @@ class Samples(NamedTuple):
 
     values: NDArray[np.uint8]
     step: int
-    dark: Dark
 
 
-def thin(frame: Frame) -> Samples | None:
-    """Thin the frame out and find the black outside; None for a frame of few px.
-
-    A circle that leaves anything outside it in the frame leaves a corner outside, since the corners'
-    convex hull is the frame.
-    """
-    step = -(-min(frame.size) // _LINES)
+def thin(frame: Frame) -> Samples:
+    """Thin a frame out."""
+    step = line_step(frame)
     raw = frame.luma[::step, ::step]
-    if min(raw.shape) < 4 * _CORNER:
-        return None
     if frame.unit > 1:
         raw = raw // np.uint16(frame.unit)
     thinned = np.ascontiguousarray(raw, dtype=np.uint8)
-    values = np.asarray(cv2.blur(thinned, (3, 3)), np.uint8)
-    return Samples(values, step, _dark(frame, thinned, step))
-
-
-def _dark(frame: Frame, thinned: NDArray[np.uint8], step: int) -> Dark:
-    """Take the outside from the darkest and evenest corner: a logo may lie over one of them.
-
-    More of that corner's pixels than the samples tell its level and noise, whose errors would count as a
-    brighter outside.
-    """
-    raw = thinned[_corner_places()]
-    raw.sort(axis=1)
-    corner = int((raw[:, _MIDDLE].astype(np.intp) + raw[:, _UPPER]).argmin())
-    bottom, right = divmod(corner, 2)
-    side, apart = _CORNER * step, max(step // 2, 1)
-    rows = slice(-side, None, apart) if bottom else slice(0, side, apart)
-    columns = slice(-side, None, apart) if right else slice(0, side, apart)
-    patch = frame.luma[rows, columns].flatten()
-    patch.sort()
-    if frame.unit > 1:
-        patch //= np.uint16(frame.unit)
-    middle = float(patch[len(patch) // 2])
-    # The upper side only: black is often clipped at zero, and then the lower side shows no noise. The level
-    # is the mean, as that of smoothed samples, which clipped noise lifts; without marks in the corner.
-    noise = max(float(patch[int(len(patch) * _SIGMA_ABOVE)]) - middle, 0.5)
-    count = int(patch.searchsorted(middle + 4 * noise))
-    level = float(np.add.reduce(patch[:count], dtype=np.intp)) / count
-    return Dark(level, noise, level + least_contrast(noise))
-
-
-@lru_cache(maxsize=1)
-def _corner_places() -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the rows and columns, (4, n) each, of the samples in the four corners."""
-    near = np.arange(_CORNER)
-    ends = (near, near - _CORNER)
-    rows = [np.repeat(end, _CORNER) for end in ends for _ in ends]
-    columns = [np.tile(end, _CORNER) for _ in ends for end in ends]
-    return np.stack(rows), np.stack(columns)
+    return Samples(np.asarray(cv2.blur(thinned, (3, 3)), np.uint8), step)
 
 
 def first_circle(
-    frame: Frame, samples: Samples, radii: tuple[float, float], lasting: bool = False
+    frame: Frame,
+    samples: Samples,
+    threshold: float,
+    radii: tuple[float, float],
+    lasting: bool = False,
 ) -> tuple[Circle, Box] | None:
     """Fit a circle to where rows and columns first meet content, coming from outside; if ``lasting``, none
     that ends again soon.
 
-    ``radii`` bounds the radius. Returns the circle and the box that holds the content (the frame, or less
-    where the content is letter- or pillarboxed), both in square pixels; None without enough of a rim.
+    Content is brighter than ``threshold``, of 8 bit. ``radii`` bounds the radius. Returns the circle and the
+    box that holds the content (the frame, or less where the content is letter- or pillarboxed), both in
+    square pixels; None without enough of a rim.
     """
     step = samples.step
     ax = frame.pixel_aspect * step
-    points, edges = _scan(samples, frame.pixel_aspect, lasting)
+    points, edges = _scan(samples, threshold, frame.pixel_aspect, lasting)
     circle = consensus_circle(points, radii, 1.5 * step)
     if circle is None:
         return None
@@ -153,14 +81,17 @@ def first_circle(
     return circle, box
 
 
-def _scan(samples: Samples, pixel_aspect: float, lasting: bool) -> tuple[Array, list[int]]:
+def _scan(
+    samples: Samples, threshold: float, pixel_aspect: float, lasting: bool
+) -> tuple[Array, list[int]]:
     """Return where the content begins along rows and columns, from both ends: (2, n), in square pixels.
 
     Straight edges of the content are left out; they come as a list: how many samples lie beyond the left,
     right, top and bottom one, 0 where there is none.
     """
-    values, threshold = samples.values, samples.dark.threshold
-    lit = above(values, threshold)
+    # To compare bytes with bytes is five times as fast.
+    values = samples.values
+    lit = values > np.uint8(min(max(threshold, 0.0), 255.0))
     upright, turned = lit[::_ROWS], np.ascontiguousarray(lit.T[::_COLUMNS])
     views = [upright, upright[:, ::-1], turned, turned[:, ::-1]]
     if lasting:
@@ -201,11 +132,6 @@ def _scan_lines(height: int, width: int, step: int, pixel_aspect: float) -> tupl
     )
     pixels = np.array([[step * pixel_aspect], [step]], np.float32)
     return np.stack(start) * pixels, np.stack(way) * pixels
-
-
-def above(values: NDArray[np.uint8], threshold: float) -> NDArray[np.bool_]:
-    """Say which values exceed the threshold; comparing bytes with bytes is five times as fast."""
-    return values > np.uint8(min(max(threshold, 0.0), 255.0))
 
 
 def _lasting(lines: NDArray[np.bool_]) -> NDArray[np.bool_]:

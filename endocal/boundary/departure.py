@@ -29,9 +29,13 @@ _WORTH = 4.0
 
 
 class RimPoints(NamedTuple):
-    """What a circle was fitted to: the rim's ``offset`` (n,) px at ``angles`` (n,), and the fit."""
+    """What a circle was fitted to: the rim's ``offset`` (n,) px at ``angles`` (n,), and the fit.
+
+    ``used`` (n,) says at which of the angles there is a rim.
+    """
 
     angles: Array
+    used: NDArray[np.bool_]
     offset: Array
     fitted: Shift
 
@@ -42,16 +46,17 @@ def radius_departure(points: RimPoints, radius: float) -> float:
     How much it departs is taken from the residuals, as far as they hang together along the rim, and from
     what is usual where the arc is too short to show it.
     """
-    angles, offset, fitted = points
+    fitted = points.fitted
+    angles, offset, weight = (v[points.used] for v in (points.angles, points.offset, fitted.weight))
     waves = _waves_at(angles)
     base = waves[:3]
-    weighted = base * fitted.weight
+    weighted = base * weight
     # What each wave makes of the circle's width and place, (3, n of waves), and what it leaves as residuals.
     mistaken = np.linalg.solve(weighted @ base.T, weighted @ waves[3:].T)
     left = waves[3:] - mistaken.T @ base
     shift = fitted.by
     residual = offset - np.array((shift.radius, shift.x, shift.y)) @ base
-    root = np.sqrt(fitted.weight)
+    root = np.sqrt(weight)
     left, residual = left * root, residual * root
     # White noise has nothing in common from one radius to the next.
     common = float(residual[1:] @ residual[:-1])

@@ -21,9 +21,13 @@ from .departure import RimPoints, radius_departure
 from .disc import Box, disc_area, visible_fraction, whole_frame
 from .fit import Circle
 from .frame import Frame, frame_of
+from .outside import Dark, blocks_of, darkest_corner
 from .panel import picture_between_panels
 from .rim import Rim
 from .search import BoundarySpec, Search
+
+# A frame of fewer pixels than this each way shows no circle.
+_LEAST_SIDE = 20
 
 
 class Located(NamedTuple):
@@ -99,22 +103,25 @@ def _search(
 
 def _in_whole(frame: Frame, spec: BoundarySpec, guess: Boundary | None) -> tuple[Rim, Box] | None:
     """Find the rim in the frame, or in what panels leave of it."""
-    samples = thin(frame)
-    if samples is None:
+    if min(frame.size) < _LEAST_SIDE:
         return None
-    found = None
-    if samples.dark.level <= spec.max_black:
-        search = Search(frame, samples, spec)
-        if guess is not None:
-            x, y = guess.center
-            found = search.near(Circle(x * frame.pixel_aspect, y, guess.diameter / 2))
-        found = found or search.anywhere()
-    return found or _beside_panels(frame, samples, spec)
+    dark, samples = darkest_corner(frame), None
+    if dark.level <= spec.max_black:
+        search = Search(frame, dark, blocks_of(frame), spec)
+        found = None if guess is None else search.near(_circle(guess, frame.pixel_aspect))
+        if found is None:
+            samples = thin(frame)
+            found = search.anywhere(samples)
+        if found is not None:
+            return found
+    return _beside_panels(frame, dark, samples or thin(frame), spec)
 
 
-def _beside_panels(frame: Frame, samples: Samples, spec: BoundarySpec) -> tuple[Rim, Box] | None:
+def _beside_panels(
+    frame: Frame, dark: Dark, samples: Samples, spec: BoundarySpec
+) -> tuple[Rim, Box] | None:
     """Find the rim in what panels leave of the frame, if there are any."""
-    left = picture_between_panels(samples)
+    left = picture_between_panels(samples, dark.contrast)
     if left is None:
         return None
     rows, columns = (slice(s.start * samples.step, s.stop * samples.step) for s in left)
@@ -127,21 +134,28 @@ def _in_part(
     """Find the rim in these rows and columns, px, of a frame."""
     rows, columns = part
     picture = frame._replace(luma=frame.luma[rows, columns])
-    samples = thin(picture)
-    if samples is None or samples.dark.level > spec.max_black:
+    if min(picture.size) < _LEAST_SIDE:
         return None
-    search, found = Search(picture, samples, spec), None
+    dark = darkest_corner(picture)
+    if dark.level > spec.max_black:
+        return None
+    x, y = columns.start * frame.pixel_aspect, float(rows.start)
+    search, found = Search(picture, dark, blocks_of(picture), spec), None
     if guess is not None:
-        x, y = guess.center[0] - columns.start, guess.center[1] - rows.start
-        found = search.near(Circle(x * frame.pixel_aspect, y, guess.diameter / 2))
-    found = found or search.anywhere()
+        whole = _circle(guess, frame.pixel_aspect)
+        found = search.near(whole._replace(x=whole.x - x, y=whole.y - y))
+    found = found or search.anywhere(thin(picture))
     if found is None:
         return None
     rim, box = found
-    x, y = columns.start * frame.pixel_aspect, float(rows.start)
     circle = rim.circle._replace(x=rim.circle.x + x, y=rim.circle.y + y)
     moved = Box(box.left + x, box.top + y, box.right + x, box.bottom + y)
     return rim._replace(circle=circle), moved
+
+
+def _circle(boundary: Boundary, pixel_aspect: float) -> Circle:
+    x, y = boundary.center
+    return Circle(x * pixel_aspect, y, boundary.diameter / 2)
 
 
 def boundary_of(

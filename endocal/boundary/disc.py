@@ -28,6 +28,10 @@ def visible_fraction(circle: Circle, box: Box) -> float:
     """Return the fraction of the circle's circumference inside the box, 0 to 1."""
     if lies_within(circle, 0.0, box):
         return 1.0
+    r = circle.radius
+    apart = _cutting_apart(circle, box)
+    if apart is not None:
+        return 1.0 - sum(math.acos(d / r) for d in apart) / math.pi
     cuts = [0.0, 2 * math.pi]
     for edge, at, vertical in (
         (box.left, circle.x, True),
@@ -35,7 +39,7 @@ def visible_fraction(circle: Circle, box: Box) -> float:
         (box.top, circle.y, False),
         (box.bottom, circle.y, False),
     ):
-        ratio = (edge - at) / circle.radius
+        ratio = (edge - at) / r
         if -1 < ratio < 1:
             angle = math.acos(ratio) if vertical else math.asin(ratio)
             cuts += [
@@ -46,8 +50,7 @@ def visible_fraction(circle: Circle, box: Box) -> float:
     inside = 0.0
     for a, b in pairwise(cuts):
         middle = (a + b) / 2
-        x = circle.x + circle.radius * math.cos(middle)
-        y = circle.y + circle.radius * math.sin(middle)
+        x, y = circle.x + r * math.cos(middle), circle.y + r * math.sin(middle)
         if box.left <= x <= box.right and box.top <= y <= box.bottom:
             inside += b - a
     return inside / (2 * math.pi)
@@ -61,17 +64,36 @@ def lies_within(circle: Circle, margin: float, box: Box) -> bool:
 
 def disc_area(circle: Circle, box: Box) -> float:
     """Return the area of the disc inside the box."""
+    r = circle.radius
     if lies_within(circle, 0.0, box):
-        return math.pi * circle.radius**2
+        return math.pi * r * r
+    apart = _cutting_apart(circle, box)
+    if apart is not None:
+        cut = sum(r * r * math.acos(d / r) - d * math.sqrt(r * r - d * d) for d in apart)
+        return math.pi * r * r - cut
     left, right = box.left - circle.x, box.right - circle.x
     top, bottom = box.top - circle.y, box.bottom - circle.y
-    r = circle.radius
     return (
         _quadrant(right, bottom, r)
         - _quadrant(left, bottom, r)
         - _quadrant(right, top, r)
         + _quadrant(left, top, r)
     )
+
+
+def _cutting_apart(circle: Circle, box: Box) -> list[float] | None:
+    """Return how far from the centre those sides of the box are that cut the circle.
+
+    None where what two of them cut off may overlap: beyond a corner inside the circle, or with the centre
+    outside the box.
+    """
+    left, right = circle.x - box.left, box.right - circle.x
+    top, bottom = circle.y - box.top, box.bottom - circle.y
+    across, down = min(left, right), min(top, bottom)
+    r = circle.radius
+    if across < 0 or down < 0 or across * across + down * down < r * r:
+        return None
+    return [d for d in (left, right, top, bottom) if d < r]
 
 
 def _quadrant(x: float, y: float, r: float) -> float:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .coarse import Dark
 from .departure import RimPoints
 from .disc import Box
 from .fit import Circle, fit_offsets
 from .frame import Frame
-from .rim import DIRECTIONS, Rim, angles, base, directions, inside_box, profiles
+from .outside import Dark
+from .rim import DIRECTIONS, Rim, all_bearings, angles, directions, inside_box, profiles
 
 Array = NDArray[np.float32]
 
@@ -96,8 +96,9 @@ def _fit_fade(
     if len(usable) < _LEAST:
         return None
     offset = middle - height[usable] / slope[usable]
+    along, used = seen[usable], np.ones(len(usable), np.bool_)
     fitted = fit_offsets(
-        base()[:, seen[usable]], offset, 0.5, 0.03 * circle.radius, bright[usable] ** 2
+        all_bearings()[:, along], offset, used, 0.5, 0.03 * circle.radius, bright[usable] ** 2
     )
     if fitted is None:
         return None
@@ -130,7 +131,7 @@ def _fit_fade(
         count,
         sharpness=0.0,
         evidence=math.inf if is_circle else 0.0,
-        points=RimPoints(angles()[seen[usable]], offset, fitted),
+        points=RimPoints(angles()[along], used, offset, fitted),
     )
     return rim, float(-np.mean(slope[usable[good]]))
 
@@ -157,8 +158,8 @@ def _clipping() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _mean_profiles(frame: Frame, circle: Circle, offsets: Array) -> Array:
     """Sample along radii, each the mean over a few side by side: (DIRECTIONS, n) in 8-bit levels."""
-    fine = profiles(frame, circle, offsets, directions(DIRECTIONS * _BESIDE))
-    return fine.reshape(DIRECTIONS, _BESIDE, len(offsets)).mean(axis=1)
+    fine = profiles(frame, circle, offsets[:, None], directions(DIRECTIONS * _BESIDE))
+    return fine.reshape(len(offsets), DIRECTIONS, _BESIDE).mean(axis=2).T
 
 
 @lru_cache(maxsize=1)

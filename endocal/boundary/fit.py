@@ -6,6 +6,7 @@ These run on every frame of a video, on a hundred numbers or so: what counts is 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ _JURY = 96
 _TUKEY = 4.685
 _MAD_TO_SIGMA = 1.4826
 _FIT_ROUNDS, _SETTLED = 12, 0.05
-_ONE = np.float32(1)
+_ZERO, _ONE = np.float32(0), np.float32(1)
 
 
 class Circle(NamedTuple):
@@ -160,71 +161,97 @@ def _circles_through(triples: Array) -> Array:
 
 def _algebraic_circle(points: Array) -> Circle | None:
     """Fit a circle by linear least squares (Kasa 1976) to points (4, n): x, y, 1 and x^2 + y^2."""
-    inverse = _inverse(normal := (points @ points.T).tolist())
+    (xx, xy, x1, right_x), (_, yy, y1, right_y), (_, _, one, right_1), _ = (
+        points @ points.T
+    ).tolist()
+    inverse = _inverse((xx, xy, x1, yy, y1, one))
     if inverse is None:
         return None
-    a, b, c = _times(inverse, [row[3] for row in normal[:3]])
+    a, b, c = _times(inverse, (right_x, right_y, right_1))
     x, y = a / 2, b / 2
     squared = c + x * x + y * y
     return Circle(x, y, math.sqrt(squared)) if squared > 0 else None
 
 
+def bearings(angles: Array) -> Array:
+    """Return what ``fit_offsets`` needs of the directions at these ``angles`` (n,): float32 (9, n).
+
+    The weighted sums of its rows make the normal equations: cos^2, cos sin, sin^2; cosine and sine times the
+    offset; cosine, sine, 1; and the offset. Where the offset comes in there is 0 as yet.
+    """
+    cosine, sine = np.cos(angles), np.sin(angles)
+    none, one = np.zeros_like(cosine), np.ones_like(cosine)
+    products = (cosine * cosine, cosine * sine, sine * sine)
+    rows = (*products, none, none, cosine, sine, one, none)
+    return np.stack(rows).astype(np.float32)
+
+
 def fit_offsets(
-    base: Array, offset: Array, floor: float, reach: float, trust: Array | None = None
+    along: Array,
+    offset: Array,
+    used: NDArray[np.bool_],
+    floor: float,
+    reach: float,
+    trust: Array | None = None,
 ) -> Shift | None:
     """Fit the shift (dx, dy, dr) of a circle to radial ``offset`` (n,) of its rim at n directions.
 
-    ``base`` (3, n) has the directions' cosines and sines, and ones.
+    ``along`` (9, n) are the directions' ``bearings``; only those that are ``used`` (n,) count.
     To first order in the shift the offset is dx cos + dy sin + dr, which makes the geometric fit a linear
     one. Tukey's biweight keeps outliers out; its scale falls from ``reach`` to the residuals' own, not
     below ``floor`` (px), so that no part of the rim is an outlier before the shift is roughly known.
     ``trust`` (n,) weighs the directions besides. None where the directions do not fix a circle.
     """
-    n = len(offset)
-    if n < 5:
+    count = int(np.count_nonzero(used))
+    if count < 5:
         return None
-    rows = np.empty((4, n), np.float32)
-    rows[:3], rows[3] = base, offset
-    columns = rows.T
-    weighted = trusted = rows if trust is None else rows * (trust / trust.max())
+    rows = along.copy()
+    np.multiply(rows[5:7], offset, out=rows[3:5])
+    rows[8] = offset
+    linear = rows[5:]
+    trusted = used.astype(np.float32)
+    if trust is not None:
+        trusted *= trust / trust.max()
+    weight, weighted = trusted, trusted
     shift = (0.0, 0.0, 0.0)
-    limit, middle = reach, n // 2
-    weight, inverse = np.ones(n, np.float32), None
+    limit, middle = reach, count // 2
+    inverse = None
     for _ in range(_FIT_ROUNDS):
-        normal = (weighted @ columns).tolist()
-        inverse = _inverse(normal)
+        cc, cs, ss, co, so, c, s, one, o = (rows @ weighted).tolist()
+        inverse = _inverse((cc, cs, c, ss, s, one))
         if inverse is None:
             return None
-        last, shift = shift, _times(inverse, [row[3] for row in normal[:3]])
-        residual = np.array((*shift, -1), np.float32) @ rows
-        np.abs(residual, out=residual)
-        ordered = residual.copy()
-        ordered.partition(middle)
-        scale = max(_MAD_TO_SIGMA * float(ordered[middle]), floor)
-        moved = max(abs(shift[0] - last[0]), abs(shift[1] - last[1]), abs(shift[2] - last[2]))
-        if limit <= scale and moved < _SETTLED:
-            break
-        limit = max(limit / 6, scale)
-        residual *= np.float32(1 / (_TUKEY * limit))
-        weight = np.square(residual, out=residual)
-        np.minimum(weight, _ONE, out=weight)
-        weight -= _ONE
+        last, shift = shift, _times(inverse, (co, so, o))
+        residual2 = np.array((*shift, -1), np.float32) @ linear
+        residual2 *= residual2
+        ordered = residual2[used]
+        ordered.sort()
+        scale = max(_MAD_TO_SIGMA * math.sqrt(ordered[middle]), floor)
+        if limit <= scale:
+            moved = max(abs(shift[0] - last[0]), abs(shift[1] - last[1]), abs(shift[2] - last[2]))
+            if moved < _SETTLED:
+                break
+        # Where half of the rim is as near as can be told, the shift is known.
+        limit = scale if scale == floor else max(limit / 6, scale)
+        residual2 *= -1 / (_TUKEY * limit) ** 2
+        residual2 += _ONE
+        weight = np.maximum(residual2, _ZERO, out=residual2)
         weight *= weight
-        weighted = trusted * weight
+        weighted = weight * trusted
     assert inverse is not None
-    sigma_x, sigma_y, sigma_r = (scale * math.sqrt(max(inverse[i], 0.0)) for i in (0, 3, 5))
-    return Shift(Circle(*shift), weight, scale, sigma_r, math.hypot(sigma_x, sigma_y))
+    radius_sigma = scale * math.sqrt(max(inverse[5], 0.0))
+    center_sigma = scale * math.sqrt(max(inverse[0] + inverse[3], 0.0))
+    weight = weighted if trust is None else weight * used
+    return Shift(Circle(*shift), weight, scale, radius_sigma, center_sigma)
 
 
 # The upper triangle of a symmetric 3x3 matrix, row by row.
 Triangle = tuple[float, float, float, float, float, float]
 
 
-def _inverse(matrix: list[list[float]]) -> Triangle | None:
-    """Invert the leading symmetric 3x3 block; None where it is singular for all practical purposes."""
-    a, b, c = matrix[0][:3]
-    d, e = matrix[1][1:3]
-    f = matrix[2][2]
+def _inverse(matrix: Triangle) -> Triangle | None:
+    """Invert a symmetric 3x3 matrix; None where it is singular for all practical purposes."""
+    a, b, c, d, e, f = matrix
     # Cofactors: cheaper by far than a call into LAPACK, and exact enough at n = 3.
     aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d
     determinant = a * aa + b * bb + c * cc
@@ -241,7 +268,7 @@ def _inverse(matrix: list[list[float]]) -> Triangle | None:
     )
 
 
-def _times(matrix: Triangle, right: list[float]) -> tuple[float, float, float]:
+def _times(matrix: Triangle, right: Sequence[float]) -> tuple[float, float, float]:
     a, b, c, d, e, f = matrix
     p, q, r = right
     return a * p + b * q + c * r, b * p + d * q + e * r, c * p + e * q + f * r

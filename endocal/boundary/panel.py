@@ -17,10 +17,13 @@ _BEYOND, _EVEN = 4, 0.5
 _LEAST = 0.5
 
 
-def picture_between_panels(samples: Samples) -> tuple[slice, slice] | None:
-    """Return the rows and columns of samples that panels leave of the frame; None where there is none."""
-    columns = _between(samples.values, samples.dark.contrast)
-    rows = _between(samples.values.T, samples.dark.contrast)
+def picture_between_panels(samples: Samples, contrast: float) -> tuple[slice, slice] | None:
+    """Return the rows and columns of samples that panels leave of the frame; None where there is none.
+
+    An edge is a step of more than ``contrast``, in levels of 8 bit.
+    """
+    columns = _between(samples.values, contrast)
+    rows = _between(samples.values.T, contrast)
     h, w = samples.values.shape
     return None if (rows, columns) == (slice(0, h), slice(0, w)) else (rows, columns)
 

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .coarse import Dark
 from .departure import RimPoints
 from .disc import Box, lies_within, whole_frame
-from .fit import Circle, fit_offsets
+from .fit import Circle, bearings, fit_offsets
 from .frame import Frame
+from .outside import Dark
 
 Array = NDArray[np.float32]
 
@@ -40,6 +40,8 @@ _BETWEEN, _SKIPPED, _PLAIN_LEVEL = 48, 4, 12.0
 # Samples of a profile, and edges in it.
 _SAMPLES = 2 * _REACH + 1
 _EDGES = _SAMPLES - 2 * _MEAN
+# The parabola's top lies between the peak's neighbours, in samples.
+_NEXT = (np.float32(-1), np.float32(1))
 # What turns three neighbours into the slope and the bend of the parabola through them.
 _PARABOLA = np.array([[-0.5, 0, 0.5], [-1, 2, -1]], np.float32)
 
@@ -74,19 +76,29 @@ def directions(count: int = DIRECTIONS) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=1)
-def base() -> Array:
-    """The rows cosine, sine and 1, (3, DIRECTIONS), that a circle's shift is fitted with."""
-    return np.stack([*directions(), np.ones(DIRECTIONS, np.float32)])
+def all_bearings() -> Array:
+    """The bearings, (9, DIRECTIONS), that a circle's shift is fitted with."""
+    return bearings(angles())
 
 
 @lru_cache(maxsize=1)
-def _steps() -> Array:
-    return np.arange(-_REACH, _REACH + 1, dtype=np.float32)
+def _window() -> Array:
+    """The places of all samples about a circle's rim, as what its figures have to be multiplied with.
+
+    (4, 2 _SAMPLES DIRECTIONS): per x, y, radius and the samples' spacing; first all x, then all y.
+    """
+    cosine_sine = np.stack(directions())[:, None]
+    shape = (2, _SAMPLES, DIRECTIONS)
+    places = np.zeros((4, *shape), np.float32)
+    places[0, 0] = places[1, 1] = 1
+    places[2] = cosine_sine
+    places[3] = cosine_sine * np.arange(-_REACH, _REACH + 1)[:, None]
+    return places.reshape(4, -1)
 
 
 @lru_cache(maxsize=1)
 def _readings() -> Array:
-    """The matrix that turns profiles, (n, _SAMPLES), into what is read from them, (n, _EDGES + 5).
+    """The matrix that turns profiles, (_SAMPLES, n), into what is read from them, (n, _EDGES + 5).
 
     First the edges: mean before minus mean after each inner sample. Then the mean outside. Then the means at
     both ends and about the quarters: begin, first quarter, last quarter, end.
@@ -109,22 +121,42 @@ def _around() -> NDArray[np.intp]:
     return row + np.arange(3)[:, None]
 
 
+@lru_cache(maxsize=1)
+def _edge_places() -> Array:
+    """Where each of the edges that count is, in samples from the expected rim."""
+    return np.arange(1, _EDGES - 1, dtype=np.float32) + np.float32(_MEAN - _REACH)
+
+
 def profiles(frame: Frame, circle: Circle, offsets: Array, along: tuple[Array, Array]) -> Array:
     """Sample at ``circle.radius + offsets`` px ``along`` radii, cosines and sines (n,) of their angles.
 
-    ``offsets`` (m,) are for all of them, (n, m) for each its own. Returns float32 (n, m) in 8-bit levels;
-    beyond the frame its last pixels go on.
+    ``offsets`` are (m, 1). Returns float32 (m, n) in 8-bit levels; beyond the frame its last pixels go on.
     """
-    cosine, sine = along
-    radius = offsets + np.float32(circle.radius)
-    map_x, map_y = cosine[:, None] * radius, sine[:, None] * radius
-    map_x += np.float32(circle.x)
-    map_y += np.float32(circle.y)
+    return _sampled(frame, *_places(circle, offsets + np.float32(circle.radius), *along))
+
+
+def _places(circle: Circle, radius: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Return x and y, square pixels, at these radii from the circle's centre."""
+    x, y = cosine * radius, sine * radius
+    x += np.float32(circle.x)
+    y += np.float32(circle.y)
+    return x, y
+
+
+def _window_profiles(frame: Frame, circle: Circle, spacing: float) -> Array:
+    """Sample as ``profiles`` does, at the window's samples along all directions: (_SAMPLES, DIRECTIONS)."""
+    figures = np.array((circle.x, circle.y, circle.radius, spacing), np.float32)
+    x, y = (figures @ _window()).reshape(2, _SAMPLES, DIRECTIONS)
+    return _sampled(frame, x, y)
+
+
+def _sampled(frame: Frame, x: Array, y: Array) -> Array:
+    """Return the frame's levels, of 8 bit, at these places, square pixels; changes ``x``."""
     if frame.pixel_aspect != 1:
-        map_x *= np.float32(1 / frame.pixel_aspect)
-    sampled = cv2.remap(
-        frame.luma, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    ).astype(np.float32)
+        x *= np.float32(1 / frame.pixel_aspect)
+    sampled = cv2.remap(frame.luma, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(
+        np.float32
+    )
     if frame.unit > 1:
         sampled *= np.float32(1 / frame.unit)
     return sampled
@@ -142,13 +174,27 @@ def dips_between(frame: Frame, inner: Circle, outer: Circle, black: float) -> fl
     across, along = dx * sine - dy * cosine, dx * cosine + dy * sine
     width = np.sqrt(outer.radius**2 - across * across) - along - np.float32(inner.radius)
     where = _inside(inner, cosine, sine, width, whole_frame(frame.size, frame.pixel_aspect))
-    share = np.linspace(0, 1, _BETWEEN, dtype=np.float32)
-    profile = profiles(frame, inner, np.maximum(width, 0)[:, None] * share, (cosine, sine))
+    radius = np.maximum(width, 0) * _shares()
+    radius += np.float32(inner.radius)
+    profile = _sampled(frame, *_places(inner, radius, cosine, sine))
     profile -= np.float32(black)
-    beyond = np.maximum.accumulate(profile[:, ::-1], axis=1)[:, ::-1]
+    # From each sample on, the brightest.
+    beyond = np.asarray(cv2.dilate(profile, _all_beyond(), anchor=(0, 0)))
+    profile *= 2
     # The level must not pass for its own noise.
-    dips = ((2 * profile < beyond) & (beyond > _PLAIN_LEVEL)).any(axis=1)
+    dips = ((profile < beyond) & (beyond > _PLAIN_LEVEL)).any(axis=0)
     return float(np.count_nonzero(dips & where)) / max(int(np.count_nonzero(where)), 1)
+
+
+@lru_cache(maxsize=1)
+def _shares() -> Array:
+    """Where the samples between two circles lie, of the way from the one to the other: (_BETWEEN, 1)."""
+    return np.linspace(0, 1, _BETWEEN, dtype=np.float32)[:, None]
+
+
+@lru_cache(maxsize=1)
+def _all_beyond() -> NDArray[np.uint8]:
+    return np.ones((_BETWEEN, 1), np.uint8)
 
 
 def inside_box(circle: Circle, reach: float, box: Box) -> NDArray[np.bool_]:
@@ -175,31 +221,27 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
     None when too few directions show such a fall.
     """
     spacing = half / _REACH
-    along = directions()
     is_whole = lies_within(circle, half + _FRAME_EDGE, box)
     seen = _ALL if is_whole else inside_box(circle, _MARGIN * half, box)
-    profile = profiles(frame, circle, _steps() * np.float32(spacing), along)
-    readings = profile @ _readings()
+    readings = _window_profiles(frame, circle, spacing).T @ _readings()
     at = readings[:, 1 : _EDGES - 1].argmax(axis=1)
     # The peak, to a fraction of a sample, by a parabola through it and its neighbours.
     peak = readings.take(at + _around())
-    slope, bend = _PARABOLA @ peak
-    offset = slope / np.maximum(bend, _LEAST_BEND)
-    np.minimum(np.maximum(offset, -1, out=offset), 1, out=offset)
-    offset += at.astype(np.float32)
-    offset += 1 + _MEAN - _REACH
+    offset, bend = _PARABOLA @ peak
+    offset /= np.maximum(bend, _LEAST_BEND, out=bend)
+    np.minimum(np.maximum(offset, _NEXT[0], out=offset), _NEXT[1], out=offset)
+    offset += _edge_places().take(at)
     offset *= np.float32(spacing)
     is_dark = readings[:, _EDGES] < dark.threshold + dark.noise
     if not is_whole:
         is_dark &= seen
     is_rim = is_dark & (peak[1] > dark.contrast)
     if not is_whole:
-        is_rim &= _inside(circle, *along, offset + np.float32(_FRAME_EDGE), box)
+        is_rim &= _inside(circle, *directions(), offset + np.float32(_FRAME_EDGE), box)
     count = int(np.count_nonzero(is_rim))
     if count < _FEWEST:
         return None
-    met = offset.compress(is_rim)
-    fitted = fit_offsets(base().compress(is_rim, axis=1), met, 0.25 * spacing, half / 3)
+    fitted = fit_offsets(all_bearings(), offset, is_rim, 0.25 * spacing, half / 3)
     if fitted is None:
         return None
     moved = Circle(circle.x + fitted.by.x, circle.y + fitted.by.y, circle.radius + fitted.by.radius)
@@ -218,7 +260,7 @@ def look(frame: Frame, circle: Circle, half: float, box: Box, dark: Dark) -> Rim
         on_circle,
         _sharpness((is_rim.astype(np.float32) @ readings).tolist()[_EDGES + 1 :]),
         on_circle * math.log(gain),
-        RimPoints(angles().compress(is_rim), met, fitted),
+        RimPoints(angles(), is_rim, offset, fitted),
     )
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .coarse import Samples, above, first_circle
+from .coarse import Samples, first_circle
 from .disc import Box, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
 from .frame import Frame
+from .outside import Blocks, Dark, is_dark_outside, line_step
 from .rim import DIRECTIONS, Rim, dips_between, look
 
 # A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
@@ -30,12 +29,6 @@ _WIDER, _WITHIN, _RING = 0.02, 0.75, 0.12
 _RING_LEVELS = (0.10, 0.25, 0.50)
 # The least radii, of all that are looked along, on which a circle may rest.
 _LEAST_SUPPORT = 0.06 * DIRECTIONS
-# Glare has died away this far out, in radii of the circle; from there on the outside is within this many
-# levels of its darkest corner, and half a standard deviation of the noise. To judge that takes this many
-# samples.
-_FAR, _FLAT, _ENOUGH = 1.12, 2.5, 8
-# Every so manieth sample each way is looked at for that.
-_APART = 4
 
 
 @dataclass(frozen=True)
@@ -65,10 +58,11 @@ class BoundarySpec:
 
 @dataclass(frozen=True)
 class Search:
-    """A frame, its samples, and the ways to measure and to judge a circle on it."""
+    """A frame, its black and its blocks, and the ways to measure and to judge a circle on it."""
 
     frame: Frame
-    samples: Samples
+    dark: Dark
+    blocks: Blocks
     spec: BoundarySpec
 
     @property
@@ -86,29 +80,30 @@ class Search:
         rim = self._narrow(circle, box)
         return (rim, box) if self._is_plain(rim, box) and rim is not None else None
 
-    def anywhere(self) -> tuple[Rim, Box] | None:
-        """Find the rim from the samples alone."""
-        for search in self._with_glare(self.spec.glare):
-            found = first_circle(self.frame, search.samples, self.radii)
+    def anywhere(self, samples: Samples) -> tuple[Rim, Box] | None:
+        """Find the rim from the frame's samples alone."""
+        for search in self._with_glare(samples, self.spec.glare):
+            found = first_circle(self.frame, samples, search.dark.threshold, self.radii)
             if found is None:
                 continue
             circle, box = found
             rim = search._measure(circle, box)
             if rim is not None:
-                return search._without_ring(rim, box)
+                return search._without_ring(samples, rim, box)
         return None
 
-    def _without_ring(self, rim: Rim, box: Box) -> tuple[Rim, Box] | None:
+    def _without_ring(self, samples: Samples, rim: Rim, box: Box) -> tuple[Rim, Box] | None:
         """Return the rim, unless it is that of a ring of reflections about the circle.
 
         Then the circle itself, if it limits the content, or None.
         """
         within = rim.circle._replace(radius=_WITHIN * rim.circle.radius)
-        black = self.samples.dark.level
+        black = self.dark.level
         if dips_between(self.frame, within, rim.circle, black) < _RING:
             return rim, box
-        for search in self._with_glare(_RING_LEVELS):
-            found = first_circle(self.frame, search.samples, self.radii, lasting=True)
+        for search in self._with_glare(samples, _RING_LEVELS):
+            threshold = search.dark.threshold
+            found = first_circle(self.frame, samples, threshold, self.radii, lasting=True)
             if found is None or not _is_inside(found[0], rim.circle):
                 continue
             inner = search._narrow(*found)
@@ -120,18 +115,17 @@ class Search:
                 return (inner, found[1]) if search._is_content_limit(inner, found[1]) else None
         return rim, box
 
-    def _with_glare(self, shares: tuple[float, ...]) -> Iterator[Search]:
+    def _with_glare(self, samples: Samples, shares: tuple[float, ...]) -> Iterator[Search]:
         """Yield this search, and then those that bear glare, up to each of the ``shares``."""
         yield self
-        dark = self.samples.dark
-        bright = float(np.percentile(self.samples.values, 95))
+        dark = self.dark
+        bright = float(np.percentile(samples.values, 95))
         last = dark.threshold
         for share in shares:
             threshold = dark.level + share * (bright - dark.level)
             if threshold > 1.2 * last:
                 last = threshold
-                samples = self.samples._replace(dark=dark.raised(threshold))
-                yield Search(self.frame, samples, self.spec)
+                yield Search(self.frame, dark.raised(threshold), self.blocks, self.spec)
 
     def _measure(self, circle: Circle, box: Box) -> Rim | None:
         """Measure the rim near a first circle; None where it is no limit of the content."""
@@ -139,7 +133,7 @@ class Search:
         if self._is_plain(rim, box):
             return rim
         # The faded rim comes first: the slope of a fade passes for a soft step, further in.
-        faded = look_faded(self.frame, circle, box, self.samples.dark)
+        faded = look_faded(self.frame, circle, box, self.dark)
         if self._is_content_limit(faded, box):
             return faded
         wide = self._wide(circle, box)
@@ -154,22 +148,20 @@ class Search:
 
     def _narrow(self, circle: Circle, box: Box) -> Rim | None:
         """Measure the rim of a circle that is known to about a sample."""
-        return self._look_twice(
-            circle, max(6.0, 1.5 * self.samples.step, 0.02 * circle.radius), box
-        )
+        half = max(6.0, 1.5 * line_step(self.frame), 0.02 * circle.radius)
+        return self._look_twice(circle, half, box)
 
     def _wide(self, circle: Circle, box: Box) -> Rim | None:
         """Measure a soft rim, or one whose glow or unevenness led the first circle astray."""
-        return self._look_twice(
-            circle, max(12.0, 3.0 * self.samples.step, 0.06 * circle.radius), box
-        )
+        half = max(12.0, 3.0 * line_step(self.frame), 0.06 * circle.radius)
+        return self._look_twice(circle, half, box)
 
     def _look_twice(self, circle: Circle, half: float, box: Box) -> Rim | None:
         """Measure the rim, and again from there where it lies far off in the window."""
-        rim = look(self.frame, circle, half, box, self.samples.dark)
+        rim = look(self.frame, circle, half, box, self.dark)
         if rim is None or math.dist(rim.circle, circle) < _NEAR * half:
             return rim
-        return look(self.frame, rim.circle, half, box, self.samples.dark)
+        return look(self.frame, rim.circle, half, box, self.dark)
 
     def _is_plain(self, rim: Rim | None, box: Box) -> bool:
         """Say whether the rim is a step, for which no softer reading has to be tried."""
@@ -183,7 +175,10 @@ class Search:
         The circle must be seen over enough of itself, few edges may contradict it, and everything
         outside it, near and far, must be as dark as the darkest corner.
         """
-        return rim is not None and self._is_circle(rim, box) and self._is_dark_outside(rim.circle)
+        if rim is None or not self._is_circle(rim, box):
+            return False
+        share, marks = self.spec.max_bright_outside, self.spec.logos
+        return is_dark_outside(rim.circle, self.blocks, self.dark, share, marks)
 
     def _is_circle(self, rim: Rim | None, box: Box) -> bool:
         """Say whether a circle is plainly seen, over enough of itself, with dark along it."""
@@ -199,38 +194,6 @@ class Search:
             and rim.evidence >= spec.min_evidence
         )
 
-    def _is_dark_outside(self, circle: Circle) -> bool:
-        """Say whether the samples outside are dark.
-
-        Glare is borne near the circle, but must have died away further out: else it is a dark scene about
-        something round.
-        """
-        values, step, dark = self.samples
-        thinned = np.ascontiguousarray(values[::_APART, ::_APART])
-        x, y = _places(*thinned.shape, _APART * step, self.frame.pixel_aspect)
-        dx, dy = x - np.float32(circle.x), y - np.float32(circle.y)
-        dx *= dx
-        dy *= dy
-        distance2 = dx + dy
-        near = distance2 > (1.02 * circle.radius + 2 * step) ** 2
-        far = distance2 > (_FAR * circle.radius) ** 2
-        spared = 0.0 if dark.has_glare else self.spec.logos * thinned.size
-        if not self._are_few(near, above(thinned, dark.threshold), spared):
-            return False
-        if int(np.count_nonzero(far)) < _ENOUGH:
-            return not dark.has_glare
-        # Flat, too: darker places than a corner that seemed black tell of a scene as brighter ones do.
-        slack = _FLAT + dark.noise / 2
-        if not self._are_few(far, above(thinned, dark.level + slack), spared):
-            return False
-        return dark.level <= slack or self._are_few(far, ~above(thinned, dark.level - slack))
-
-    def _are_few(
-        self, where: NDArray[np.bool_], exceptions: NDArray[np.bool_], spared: float = 0.0
-    ) -> bool:
-        allowed = self.spec.max_bright_outside * int(np.count_nonzero(where)) + spared
-        return int(np.count_nonzero(where & exceptions)) <= allowed
-
 
 def _differ(a: Rim, b: Rim) -> bool:
     """Say whether two rims are not those of one circle."""
@@ -242,12 +205,3 @@ def _is_inside(inner: Circle, outer: Circle) -> bool:
     farthest = math.hypot(inner.x - outer.x, inner.y - outer.y) + inner.radius
     is_smaller = inner.radius < (1 - _WIDER) * outer.radius
     return is_smaller and farthest < (1 + _WIDER / 2) * outer.radius
-
-
-@lru_cache(maxsize=4)
-def _places(
-    height: int, width: int, step: int, pixel_aspect: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the columns' x, (width,), and the rows' y, (height, 1), of samples in square pixels."""
-    x = np.arange(width, dtype=np.float32) * np.float32(step * pixel_aspect)
-    return x, np.arange(height, dtype=np.float32)[:, None] * np.float32(step)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from endocal.boundary.departure import RimPoints, radius_departure
-from endocal.boundary.fit import fit_offsets
+from endocal.boundary.fit import bearings, fit_offsets
 from endocal.boundary.rim import angles
 
 RADIUS = 500.0
@@ -29,10 +29,10 @@ def fitted_arc(
     phase = rng.uniform(0, 2 * np.pi, len(waves))
     offset = size @ np.cos(np.outer(waves, angle) + phase[:, None])
     offset = (offset + rng.normal(0, noise, len(angle))).astype(np.float32)
-    base = np.stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
-    fitted = fit_offsets(base, offset, 0.2, 3.0)
+    used = np.ones(len(angle), np.bool_)
+    fitted = fit_offsets(bearings(angle), offset, used, 0.2, 3.0)
     assert fitted is not None
-    departure = radius_departure(RimPoints(angle, offset, fitted), RADIUS)
+    departure = radius_departure(RimPoints(angle, used, offset, fitted), RADIUS)
     sigma = fitted.radius_sigma
     return fitted.by.radius, math.hypot(sigma, departure), sigma
 

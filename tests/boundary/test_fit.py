@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endocal.boundary.fit import consensus_circle, fit_offsets
+from endocal.boundary.fit import bearings, consensus_circle, fit_offsets
 
 
 @given(
@@ -42,10 +42,10 @@ def test_offsets_give_the_shift_though_a_third_of_them_is_wrong(arc: float) -> N
     rng = np.random.default_rng(1)
     angle = rng.uniform(0, arc, 120)
     cosine, sine = np.cos(angle), np.sin(angle)
-    base = np.stack([cosine, sine, np.ones(120)]).astype(np.float32)
+    used = np.ones(120, np.bool_)
     offset = 2.0 * cosine - 1.5 * sine + 3.0 + rng.normal(0, 0.05, 120)
     offset[::3] = rng.uniform(-8, 8, 40)
-    fitted = fit_offsets(base, offset.astype(np.float32), 0.01, 3.0)
+    fitted = fit_offsets(bearings(angle), offset.astype(np.float32), used, 0.01, 3.0)
     assert fitted is not None
     # A short arc tells the centre from the radius less well: by about the square of what it lacks.
     tolerance = 0.05 * (2 * np.pi / arc) ** 2
