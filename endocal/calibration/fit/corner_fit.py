@@ -22,10 +22,11 @@ FEWEST_CORNERS = 3
 FEWEST_LINES = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
-# The one-parameter denominator of a corner is no smaller, nor that of another point of a line. An equidistant
-# lens has these 88 and 89 degrees off its axis; nearer to the pole one corner can be sent so far out that all
-# other distances shrink to nothing beside it.
-LEAST_DENOMINATORS = 0.05, 0.02
+# The model's denominator at a corner is no smaller, nor that at another point of a line. Nearer to the pole
+# one corner can be sent so far out that all other distances shrink to nothing beside it; an equidistant lens
+# has this 88 degrees off its axis. What was measured beyond the corners, up to a square farther out, may
+# leave any picture that one looks at, but does not fold.
+LEAST_DENOMINATORS = 0.05, 0.001
 # The solver is run again where it made the residual less than this share of what it was, at most so often.
 SETTLED = 0.99
 MOST_ROUNDS = 6
@@ -121,7 +122,7 @@ def fit_corners(
     """Fit (lam, cx, cy[, lam2]) from ``start`` downhill; return the fit and its residuals' lines (m,).
 
     ``boards``: those of all views, in square px; ``points`` (n, 2): all that was measured. The prior weighs
-    as much as one line's evidence. The two-parameter model is kept from folding within ``monotonic`` px.
+    as much as one line's evidence. The two-parameter model is kept from folding within ``monotonic`` px, too.
     None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
     """
     rows = _Rows.of(boards)
@@ -143,21 +144,30 @@ def _downhill(
     """One run of the solver; ``rms`` px: what residuals are expected to be, for the weight of the prior."""
     second = len(start) > 3
 
-    def bound(center: Floats) -> float:
-        """The size that lam may reach, px^-2, with this centre."""
-        farthest = (np.max(np.sum((p - center) ** 2, axis=1)) for p in (rows.corners, points))
-        return min((1 - d) / float(q) for d, q in zip(LEAST_DENOMINATORS, farthest, strict=True))
+    def farthest(center: Floats) -> list[float]:
+        """The squared distance, px^2, of the farthest corner and of the farthest point from this centre."""
+        return [float(np.max(np.sum((p - center) ** 2, axis=1))) for p in (rows.corners, points)]
+
+    def bound(farthest: list[float]) -> float:
+        """The size that lam may reach, px^-2, alone."""
+        return min((1 - d) / q for d, q in zip(LEAST_DENOMINATORS, farthest, strict=True))
 
     # lam and lam2 in units of that bound and its square, so that the bound is a number.
-    most = bound(start[1:3])
+    most = bound(farthest(start[1:3]))
     unit = 0.1 / np.sqrt(most)
 
     def params(x: Floats) -> Floats:
         center = start[1:3] if prior.fixed else start[1:3] + unit * x[1:3]
-        most = bound(center)
+        reach = farthest(center)
+        most = bound(reach)
         out = np.array([-x[0] * most, *center])
         if second:
-            out = np.append(out, np.clip(-x[-1] * most**2, *second_range(out[0], monotonic)))
+            within = zip(np.sqrt(reach), LEAST_DENOMINATORS, strict=True)
+            ranges = [second_range(out[0], radius, least) for radius, least in within]
+            if monotonic > 0:
+                ranges.append(second_range(out[0], monotonic))
+            lows, highs = zip(*ranges, strict=True)
+            out = np.append(out, np.clip(-x[-1] * most**2, max(lows), min(highs)))
         return out
 
     x = np.zeros(1 + (0 if prior.fixed else 2) + second)
