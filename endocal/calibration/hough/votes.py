@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from ..straightness import LEAST_DENOMINATOR, Floats, Labels
 
 Single = NDArray[np.float32]
+# In single precision, or in double where it matters.
+Numbers = NDArray[np.floating]
+Precision = type[np.floating]
 Cells = NDArray[np.int32]
 
 # Cells of the vote map: half turns over ANGLES, and px (of a 720 x 540 frame: see ``Voters.of``).
@@ -18,14 +21,15 @@ OFFSET_STEP = 2.0
 # A vote is moved by up to so many cells, to both sides: see ``Voters``.
 SPREAD = 1.0
 # A cell's number is its offset's times this, plus its angle's, of which there are so many.
-STRIDE = np.float32(2 * ANGLES + 8)
+STRIDE = 2.0 * ANGLES + 8
 # Where half a turn of directions begins is looked for in steps of one of so many.
 SEAMS = 36
 # Past a fold each point has a cell of its own, numbered from here on: farther out than any other.
 ALONE = 1 << 30
 # From this bending on, |lam| r^2, a model is past its fold, or so near that a point may vote anywhere.
 FOLDING = 1 - LEAST_DENOMINATOR
-ONE, TURNS, ANGLES_OF_A_TURN = np.float32(1), np.float32(0.5 / np.pi), np.float32(2 * ANGLES)
+# As good as no lambda, px^-2, but with an inverse.
+LEAST_LAMBDA = 1e-30
 
 
 @dataclass(frozen=True)
@@ -107,36 +111,39 @@ class Around:
     """What the models of some centres share, (centres, 1, n) each: see z in ``hewg``.
 
     ``offset`` is D in cells, ``real`` and ``imaginary`` are the parts of z^2 and ``square`` is |z|^2, px^2;
-    ``turn`` (n,), phi_g in turns, and ``aside`` (n,) are the voters'. No point is farther out than
+    ``angle`` (n,), phi_g in cells, and ``aside`` (n,) are the voters'. No point is farther out than
     ``farthest``, px^2.
     """
 
-    offset: Single
-    real: Single
-    imaginary: Single
-    square: Single
-    turn: Single
+    offset: Numbers
+    real: Numbers
+    imaginary: Numbers
+    square: Numbers
+    angle: Numbers
     aside: Single
     farthest: float
 
     @classmethod
-    def of(cls, voters: Voters, xs: Floats, ys: Floats) -> Around:
+    def of(
+        cls, voters: Voters, xs: Floats, ys: Floats, precision: Precision = np.float32
+    ) -> Around:
         """Take the centres' coordinates, (centres,) px."""
-        dx = voters.x - xs.astype(np.float32)[:, None, None]
-        dy = voters.y - ys.astype(np.float32)[:, None, None]
+        dx = voters.x - xs.astype(precision)[:, None, None]
+        dy = voters.y - ys.astype(precision)[:, None, None]
         d = dx * voters.gx
         d += dy * voters.gy
         c = np.multiply(dy, voters.gx, out=dy)
         c -= np.multiply(dx, voters.gy, out=dx)
         imaginary = d * c
-        imaginary *= np.float32(2)
-        offset = d * np.float32(1 / voters.step)
+        imaginary *= 2
+        offset = d * (1 / voters.step)
         d *= d
         c *= c
         square = d + c
         d -= c
         farthest = float(square.max())
-        return cls(offset, d, imaginary, square, voters.turn, voters.aside, farthest)
+        angle = voters.turn.astype(precision) * (2.0 * ANGLES)
+        return cls(offset, d, imaginary, square, angle, voters.aside, farthest)
 
     def some(self, at: slice) -> Around:
         """Those of some of the centres."""
@@ -145,42 +152,40 @@ class Around:
             self.real[at],
             self.imaginary[at],
             self.square[at],
-            self.turn,
+            self.angle,
             self.aside,
             self.farthest,
         )
 
     def cells(self, lams: Floats, magnifications: Floats, room: Room) -> Cells:
-        """The number of the cell that each point votes for, (centres, len(lams), n), in ``room``.
+        """The number of the cell that each point votes for, (centres, m, n), in ``room``.
 
-        ``magnifications`` (centres, len(lams)) are those of ``hewg.magnification``.
+        ``lams`` (m,), or (centres, m) where each centre has its own, px^-2. ``magnifications`` (centres, m)
+        are those of ``hewg.magnification``.
         """
-        shape = (len(self.offset), len(lams), self.offset.shape[-1])
-        real, ratio, r = room.numbers(shape)
-        column = lams.astype(np.float32)[:, None]
-        # Before a fold the real part of 1 + lam z^2 is positive, and an arc tangent of the ratio will do.
-        np.multiply(self.real, column, out=real)
-        real += ONE
-        np.multiply(self.imaginary, column, out=ratio)
-        ratio /= real
+        shape = (*magnifications.shape, self.offset.shape[-1])
+        real, ratio, r, cells = room.numbers(shape)
+        lams = np.where(np.abs(lams) < LEAST_LAMBDA, LEAST_LAMBDA, lams)
+        # Each step goes over all votes, and 1 / lam + z^2 takes two steps less than 1 + lam z^2. Before a
+        # fold the real part of the latter is positive, and an arc tangent of the ratio will do.
+        np.add(self.real, (1 / lams).astype(real.dtype)[..., None], out=real)
+        np.divide(self.imaginary, real, out=ratio)
         np.multiply(ratio, ratio, out=r)
-        r += ONE
+        r += 1
         np.sqrt(r, out=r)
         r *= real
-        r *= magnifications.astype(np.float32)[:, :, None]
+        r *= (lams * magnifications).astype(real.dtype)[:, :, None]
         np.divide(self.offset, r, out=r)
         r += self.aside
         phi = np.arctan(ratio, out=ratio)
-        phi *= TURNS
-        phi += self.turn
-        phi *= ANGLES_OF_A_TURN
+        phi *= ANGLES / np.pi
+        phi += self.angle
         np.floor(phi, out=phi)
         np.floor(r, out=r)
         r *= STRIDE
         r += phi
-        cells = real.view(np.int32)
         np.copyto(cells, r, casting="unsafe")
-        bending = np.abs(column)
+        bending = np.abs(lams).astype(real.dtype)[..., None]
         if float(bending.max()) * self.farthest >= FOLDING:
             past = bending * self.square >= FOLDING
             np.copyto(cells, np.arange(ALONE, ALONE + shape[-1], dtype=np.int32), where=past)
@@ -190,16 +195,17 @@ class Around:
 class Room:
     """Where the votes of a block are worked out: taken anew for each, memory would cost as much as they."""
 
-    def __init__(self, votes: int) -> None:
-        self._numbers = np.empty((3, votes), np.float32)
+    def __init__(self, votes: int, precision: Precision = np.float32) -> None:
+        self._numbers = np.empty((3, votes), precision)
         self._flags = np.empty(votes + 1, bool)
         self._counts = np.empty(votes, np.intp)
         self._gains = np.empty(votes, np.float64)
 
-    def numbers(self, shape: tuple[int, ...]) -> tuple[Single, Single, Single]:
-        """Three arrays of that shape, which hold anything."""
-        a, b, c = self._numbers[:, : int(np.prod(shape))].reshape(3, *shape)
-        return a, b, c
+    def numbers(self, shape: tuple[int, ...]) -> tuple[Numbers, Numbers, Numbers, Cells]:
+        """Four arrays of that shape, which hold anything; the last one lies where the first does."""
+        votes = int(np.prod(shape))
+        a, b, c = self._numbers[:, :votes].reshape(3, *shape)
+        return a, b, c, self._numbers[0].view(np.int32)[:votes].reshape(shape)
 
     def flags(self, size: int) -> NDArray[np.bool_]:
         """An array (size,) that holds anything."""

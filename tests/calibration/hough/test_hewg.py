@@ -12,6 +12,7 @@ from endocal.calibration.hough.hewg import hewg, magnification
 from endocal.calibration.hough.votes import ANGLES, Voters
 from endocal.model import DivisionModel
 
+AGAIN = "endocal.calibration.hough.hewg._count_best_again"
 SIZE = (720, 540)
 TRUTH = DivisionModel(-3e-6, (366.0, 262.0), SIZE)
 
@@ -119,8 +120,10 @@ def test_the_blocks_of_a_grid_do_not_show(monkeypatch: pytest.MonkeyPatch, rows:
 def test_a_grid_has_the_entropies_of_its_models_each_by_itself(
     monkeypatch: pytest.MonkeyPatch, width: float
 ) -> None:
-    # The narrower, the more votes are counted once for all; parted wherever that can be.
+    # The narrower, the more votes are counted once for all; parted wherever that can be. None is counted
+    # again.
     monkeypatch.setattr("endocal.calibration.hough.hewg.MANY_VOTES", 5000)
+    monkeypatch.setattr(AGAIN, lambda *grid: None)
     points, gradients, _ = edges_on_lines(TRUTH)
     turned = np.random.default_rng(0).normal(0, 0.02, (len(points), 1))
     gradients = gradients + turned * gradients[:, ::-1] * (1, -1)
@@ -132,6 +135,34 @@ def test_a_grid_has_the_entropies_of_its_models_each_by_itself(
         for i, j, k in np.ndindex(5, 4, 4)
     ]
     assert np.array_equal(hewg(voters, lams, xs, ys).ravel(), alone)
+
+
+@pytest.mark.parametrize("width", [1.0, 0.05, 1e-3])
+def test_rounding_does_not_decide_which_model_is_best(
+    monkeypatch: pytest.MonkeyPatch, width: float
+) -> None:
+    """The best of a grid has the entropy that double precision gives it, and no other has a smaller one."""
+    size = (1920, 1080)
+
+    def grids(seed: int) -> tuple[np.ndarray, np.ndarray]:
+        rng = np.random.default_rng(seed)
+        points = rng.uniform((0, 0), size, (3000, 2))
+        angles = rng.normal(0.6, 0.2, 3000)
+        voters = Voters.of(points, np.stack([np.cos(angles), np.sin(angles)], axis=1), size[1])
+        lams = -1e-6 + width * np.linspace(-5e-7, 3e-7, 4)
+        xs, ys = (c + width * np.linspace(-40, 50, 4) for c in (970.0, 530.0))
+        votes = plain_hewg.Votes.of(voters)
+        return hewg(voters, lams, xs, ys), plain_hewg.grid(votes, lams, xs, ys)
+
+    found = [grids(seed) for seed in range(6)]
+    for ours, plain in found:
+        assert ours.min() == pytest.approx(plain.min(), abs=1e-9)
+        assert plain[np.unravel_index(ours.argmin(), ours.shape)] == pytest.approx(
+            plain.min(), abs=1e-9
+        )
+    monkeypatch.setattr(AGAIN, lambda *grid: None)
+    rounded = [abs(grids(seed)[0] - plain).max() for seed, (_, plain) in enumerate(found)]
+    assert max(rounded) > 1e-5, "votes must lie near a border for this to tell"
 
 
 def test_a_cell_has_the_articles_size() -> None:
