@@ -257,6 +257,20 @@ def _room(rng: np.random.Generator, scene: Scene) -> Look:
     return _look(rng, scene, _masked(scene._replace(light=light.astype(np.float32))))
 
 
+def _bare_ring(rng: np.random.Generator, scene: Scene) -> Look:
+    """A gauge, a sign that something loads or a logo's outline: a ring or most of one, black within."""
+    h, w = scene.r.shape
+    ground = np.full((h, w), rng.choice([0, 5, 15]), np.uint8)
+    center = (round(scene.center[0]), round(scene.center[1]))
+    radius, width = round(0.9 * scene.radius), max(round(rng.uniform(0.02, 0.1) * h), 1)
+    begin, extent = rng.uniform(0, 360), rng.uniform(200, 360)
+    level = float(rng.uniform(90, 255))
+    cv2.ellipse(ground, center, (radius, radius), 0, begin, begin + extent, level, width)
+    at = (center[0] - h // 20, center[1] + h // 40)
+    cv2.putText(ground, "72", at, cv2.FONT_HERSHEY_SIMPLEX, h / 400, level, 2)
+    return _look(rng, scene, ground.astype(np.float32))._replace(radius=None)
+
+
 PAINTERS: dict[str, Painter] = {
     "glowing rim": _glow,
     "reflection ring": _ring,
@@ -268,5 +282,6 @@ PAINTERS: dict[str, Painter] = {
     "white balance": _white,
     "smoke-filled": _smoke,
     "outside the body": _room,
+    "bare ring": _bare_ring,
 }
 LOOKS = tuple(PAINTERS)

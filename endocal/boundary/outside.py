@@ -1,4 +1,4 @@
-"""The black outside of a circle: how dark a frame's is, and whether all of it is that dark."""
+"""The black outside of a circle: how dark a frame's is, and whether the picture ends there."""
 
 from __future__ import annotations
 
@@ -24,6 +24,9 @@ _SIGMA_ABOVE = 0.84
 # far apart as the blocks are wide, the outermost this far from the frame's edge, px. A row's pixels share
 # cache lines, and to fetch these takes longer than all else.
 _SIDE_BY_SIDE, _ALONG, _INSET = 8, 240, 3
+# Within so much of its radius a circle holds the picture, of which this share at least is not black. Dark
+# rooms leave 0.6 of it; a gauge, a logo's outline or another ring on black has little but its line.
+_WITHIN, _LEAST_LIT = 0.9, 0.4
 # Near the circle that is further out than this, in radii.
 _NEAR = 1.02
 # Glare has died away this far out, in radii of the circle; from there on the outside is within this many
@@ -135,8 +138,8 @@ def _grid(
     return rows, slice(begin, begin + count * side, fine), places.astype(np.float32)
 
 
-def is_dark_outside(circle: Circle, blocks: Blocks, dark: Dark, share: float, marks: float) -> bool:
-    """Say whether the blocks outside a circle are dark, but for a ``share`` of them.
+def ends_at(circle: Circle, blocks: Blocks, dark: Dark, share: float, marks: float) -> bool:
+    """Say whether the picture ends at a circle: not black within, and dark outside but for a ``share``.
 
     For ``marks``, a share of the whole frame, more may be bright. Glare is borne near the circle, but must
     have died away further out: else it is a dark scene about something round.
@@ -152,8 +155,12 @@ def is_dark_outside(circle: Circle, blocks: Blocks, dark: Dark, share: float, ma
         found = int(np.count_nonzero(where & exceptions))
         return found <= spared or found <= spared + share * int(np.count_nonzero(where))
 
-    near = distance2 > (_NEAR * radius + half) ** 2 - own
-    if not are_few(near, levels > dark.threshold, spared):
+    bright = levels > dark.threshold
+    if not are_few(distance2 > (_NEAR * radius + half) ** 2 - own, bright, spared):
+        return False
+    within = distance2 < max(_WITHIN * radius - half, 0.0) ** 2 - own
+    lit = levels > dark.level + dark.contrast if dark.has_glare else bright
+    if np.count_nonzero(within & lit) < _LEAST_LIT * np.count_nonzero(within):
         return False
     far = distance2 > (_FAR * radius) ** 2 - own
     if int(np.count_nonzero(far)) < _ENOUGH:

@@ -13,7 +13,7 @@ from .disc import Box, visible_fraction, whole_frame
 from .fade import look_faded
 from .fit import Circle
 from .frame import Frame
-from .outside import Blocks, Dark, is_dark_outside, line_step
+from .outside import Blocks, Dark, ends_at, line_step
 from .rim import DIRECTIONS, Rim, dips_between, look
 
 # A rim with this much of its fall in the middle of the window is a step; a fade has a half of it there.
@@ -178,7 +178,7 @@ class Search:
         if rim is None or not self._is_circle(rim, box):
             return False
         share, marks = self.spec.max_bright_outside, self.spec.logos
-        return is_dark_outside(rim.circle, self.blocks, self.dark, share, marks)
+        return ends_at(rim.circle, self.blocks, self.dark, share, marks)
 
     def _is_circle(self, rim: Rim | None, box: Box) -> bool:
         """Say whether a circle is plainly seen, over enough of itself, with dark along it."""

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from endocal.boundary.detect import find_boundary
 from endocal.boundary.fit import Circle
 from endocal.boundary.frame import frame_of
-from endocal.boundary.outside import Dark, blocks_of, darkest_corner, is_dark_outside
+from endocal.boundary.outside import Dark, blocks_of, darkest_corner, ends_at
 
 SIZE = (540, 720)
 CIRCLE = Circle(350.0, 270.0, 200.0)
@@ -22,9 +23,9 @@ def noisy_disc(black: float, noise: float, radius: float = CIRCLE.radius, seed: 
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
 
 
-def is_dark(image: Image, dark: Dark | None = None, circle: Circle = CIRCLE) -> bool:
+def ends(image: Image, dark: Dark | None = None, circle: Circle = CIRCLE) -> bool:
     frame = frame_of(image, 1.0)
-    return is_dark_outside(circle, blocks_of(frame), dark or darkest_corner(frame), 0.12, 0.005)
+    return ends_at(circle, blocks_of(frame), dark or darkest_corner(frame), 0.12, 0.005)
 
 
 @pytest.mark.parametrize("noise", [1.0, 4.0, 8.0])
@@ -47,27 +48,27 @@ def test_marks_in_three_corners_leave_the_fourth() -> None:
 
 @pytest.mark.parametrize("noise", [0.5, 3.0, 8.0])
 @pytest.mark.parametrize("black", [0.0, 25.0])
-def test_a_noisy_black_is_dark(black: float, noise: float) -> None:
-    assert all(is_dark(noisy_disc(black, noise, seed=seed)) for seed in range(10))
+def test_a_noisy_black_ends(black: float, noise: float) -> None:
+    assert all(ends(noisy_disc(black, noise, seed=seed)) for seed in range(10))
 
 
 def test_a_circle_within_the_content_is_not_dark_outside() -> None:
-    assert not is_dark(noisy_disc(10, 2), circle=CIRCLE._replace(radius=150.0))
+    assert not ends(noisy_disc(10, 2), circle=CIRCLE._replace(radius=150.0))
 
 
 def test_clocks_and_names_are_no_scene_but_a_bright_side_is() -> None:
     marked = noisy_disc(10, 2)
     marked[20:40, 20:160] = 200
-    assert is_dark(marked)
+    assert ends(marked)
     scene = noisy_disc(10, 2)
     scene[:, 600:] = 40
-    assert not is_dark(scene)
+    assert not ends(scene)
 
 
 def test_a_ground_that_falls_off_slowly_is_not_flat() -> None:
     image = noisy_disc(0, 0.3)
     ramp = np.linspace(0, 30, SIZE[1])
-    assert not is_dark(np.maximum(image, ramp).astype(np.uint8))
+    assert not ends(np.maximum(image, ramp).astype(np.uint8))
 
 
 def test_glare_is_borne_near_the_circle_alone() -> None:
@@ -80,6 +81,19 @@ def test_glare_is_borne_near_the_circle_alone() -> None:
     far[away > 1] = 30
     far[-60:, -60:] = 10
     dark = darkest_corner(frame_of(image, 1.0))
-    assert not is_dark(near, circle=circle)
-    assert is_dark(near, dark.raised(40.0), circle)
-    assert not is_dark(far, dark.raised(40.0), circle)
+    assert not ends(near, circle=circle)
+    assert ends(near, dark.raised(40.0), circle)
+    assert not ends(far, dark.raised(40.0), circle)
+
+
+@pytest.mark.parametrize("share", [0.8, 0.95])
+def test_a_ring_on_black_is_no_picture_but_a_dark_cavity_is(share: float) -> None:
+    ring, cavity = noisy_disc(5, 1), noisy_disc(5, 1)
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+    away = np.hypot(x - CIRCLE.x, y - CIRCLE.y) / CIRCLE.radius
+    ring[away < share] = 5
+    cavity[away < 0.6] = 5
+    assert not ends(ring)
+    assert ends(cavity)
+    assert find_boundary(ring) is None
+    assert find_boundary(cavity) is not None
