@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from ..boundary.circle import Boundary
-from ..boundary.detect import find_boundary
+from ..boundary.detect import Located, locate_boundary
 from ..errors import UsageError
 from ..files import atomic_output, decode_image, encode_image, read_image
 from ..files.images import PICTURE_SUFFIXES
@@ -50,18 +50,26 @@ class FrameBoundary:
 
     frame: int
     time: float | None
-    boundary: Boundary | None
+    located: Located | None
 
     def data(self) -> dict[str, Any]:
-        """Return it as plain data, rounded below what can be measured."""
-        b = self.boundary
+        """Return it as plain data, rounded below what can be measured.
+
+        ``uncertainty`` has one standard deviation of the diameter, that of a rim that is no perfect circle
+        included, and of the centre from frame to frame; px of the frame's height.
+        """
         circle = None
-        if b is not None:
+        if self.located is not None:
+            b = self.located.boundary
             circle = {
                 "center": [round(v, 3) for v in b.center],
                 "diameter": round(b.diameter, 3),
                 "area": round(b.area),
                 "visible": round(b.visible, 4),
+                "uncertainty": {
+                    "diameter": round(self.located.uncertainty, 3),
+                    "center": round(self.located.center_sigma, 3),
+                },
             }
         seconds = None if self.time is None else round(self.time, 6)
         return {"frame": self.frame, "time": seconds, "boundary": circle}
@@ -103,8 +111,8 @@ def find_boundaries(
     def take(found: FrameBoundary) -> None:
         nonlocal frames
         frames += 1
-        if found.boundary is not None:
-            diameters.append(found.boundary.diameter)
+        if found.located is not None:
+            diameters.append(found.located.boundary.diameter)
         emit(found)
 
     if holds_picture(source):
@@ -130,16 +138,16 @@ def _picture(
     else:
         image, inputs = read_image(source), [source]
     aspect = job.pixel_aspect or 1.0
-    boundary = find_boundary(image, aspect)
+    located = locate_boundary(image, aspect)
     if job.overlay is not None:
-        if boundary is not None:
+        if located is not None:
             image = image.copy()
             white = 255 if image.dtype == np.uint8 else 65535
-            draw_boundary(image, boundary, aspect, white)
+            draw_boundary(image, located.boundary, aspect, white)
         data = encode_image(image, Path(job.overlay).suffix)
         with atomic_output(job.overlay, overwrite=job.overwrite, inputs=inputs) as path:
             path.write_bytes(data)
-    take(FrameBoundary(0, None, boundary))
+    take(FrameBoundary(0, None, located))
 
 
 def _video(
@@ -166,10 +174,11 @@ def _video(
         def look(item: Item) -> Boundary | None:
             nonlocal frames, last
             assert is_frame(item)
-            last = boundary = find_boundary(plane_views(item)[0], aspect, guess=last)
-            take(FrameBoundary(frames, item.time, boundary))
+            located = locate_boundary(plane_views(item)[0], aspect, guess=last)
+            last = None if located is None else located.boundary
+            take(FrameBoundary(frames, item.time, located))
             frames += 1
-            return boundary
+            return last
 
         def tick() -> None:
             if progress is not None:

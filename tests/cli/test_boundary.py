@@ -41,7 +41,22 @@ def test_a_picture_gives_one_line(endocal: Endocal, picture: Path) -> None:
     assert found["center"] == pytest.approx(FRAME.center, abs=0.5)
     assert found["visible"] == 1
     assert found["area"] == pytest.approx(np.pi / 4 * FRAME.diameter**2, rel=0.01)
+    # A whole rim with little noise.
+    assert 0 < found["uncertainty"]["diameter"] < 0.3
+    assert 0 < found["uncertainty"]["center"] < 0.3
     assert "circle in 1 of 1" in result.err
+
+
+def test_a_rim_that_is_cut_says_how_much_that_leaves_open(endocal: Endocal, tmp_path: Path) -> None:
+    frame = random_rim_frame(0, "cut 3 sides", (720, 540))
+    path = tmp_path / "cut.png"
+    cv2.imwrite(str(path), frame.image)
+    (line,) = lines(endocal("boundary", path).out)
+    found = line["boundary"]
+    sigma = found["uncertainty"]["diameter"]
+    # What an ellipse of a third of a percent makes of an arc, and not noise alone.
+    assert sigma > 0.002 * frame.diameter
+    assert abs(found["diameter"] - frame.diameter) < 3 * sigma
 
 
 def test_a_picture_comes_through_a_pipe(endocal: Endocal, picture: Path) -> None:
