@@ -97,9 +97,10 @@ def _fit_fade(
         return None
     offset = middle - height[usable] / slope[usable]
     along, used = seen[usable], np.ones(len(usable), np.bool_)
-    fitted = fit_offsets(
-        all_bearings()[:, along], offset, used, 0.5, 0.03 * circle.radius, bright[usable] ** 2
-    )
+    # Noise moves the crossings of dim profiles more. But those brighter than most tell no more than they do:
+    # an instrument shines up to the rim, and a few such profiles would rule the fit.
+    trust = np.minimum(bright[usable], np.median(bright[usable])) ** 2
+    fitted = fit_offsets(all_bearings()[:, along], offset, used, 0.5, 0.03 * circle.radius, trust)
     if fitted is None:
         return None
     good = fitted.weight > 0.3

@@ -61,6 +61,21 @@ def faded_circle(seed: int) -> RimFrame:
     )
 
 
+@pytest.mark.parametrize("directions", [(0.6,), (0.3, 1.2), (0.6, 2.5, 4.0)])
+def test_instruments_that_shine_up_to_a_faded_rim_do_not_hide_it(
+    directions: tuple[float, ...],
+) -> None:
+    frame = faded_circle(1)
+    image = frame.image.copy()
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].astype(np.float64)
+    x, y = x - frame.center[0], y - frame.center[1]
+    for angle in directions:
+        along, across = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+        shaft = (np.abs(across) < 14) & (along > 60) & (np.hypot(x, y) < frame.diameter / 2)
+        image[shaft] = 240
+    assert error(find_boundary(image), frame) <= 1.5
+
+
 @pytest.mark.parametrize(("seed", "trouble"), [(687458, "noise"), (7, "all at once")])
 def test_a_corner_whose_noise_seems_small_by_chance_hides_no_rim(seed: int, trouble: str) -> None:
     frame = random_rim_frame(seed, trouble)
