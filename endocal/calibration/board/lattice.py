@@ -17,6 +17,9 @@ from ..straightness import Floats, Labels
 
 # A line is numbered by at least this share of its crossings with lines numbered before it.
 MOST_AGREE = 0.6
+# Numbers are right that explain this share of all crossings. Till then they begin with one after the other of
+# so many lines, those with most crossings.
+ENOUGH_EXPLAINED, MOST_ROOTS = 0.8, 8
 # Pieces of one line that both show a corner put it within this many px of each other.
 SAME_CORNER = 8.0
 
@@ -88,10 +91,38 @@ def places_of(crossings: Crossings) -> tuple[Labels, NDArray[np.bool_]]:
 
 
 def _numbers(met: dict[int, list[tuple[int, int, int, int]]]) -> dict[int, _Number]:
-    """Number the lines, from the one with most crossings on, each by the majority of its crossings."""
-    if not met:
-        return {}
-    root = max(met, key=lambda i: len(met[i]))
+    """Number the lines, each by the majority of its crossings, in the way that explains most crossings.
+
+    A line that goes on into something else crosses what it should not. Numbers that begin with it explain
+    little more than itself; those that begin elsewhere outvote it.
+    """
+    best: dict[int, _Number] = {}
+    most, enough = -1, ENOUGH_EXPLAINED * sum(len(crossings) for crossings in met.values())
+    for root in sorted(met, key=lambda i: -len(met[i]))[:MOST_ROOTS]:
+        numbers = _numbered_from(root, met)
+        explained = _explained(met, numbers)
+        if explained > most:
+            best, most = numbers, explained
+        if most >= enough:
+            break
+    return best
+
+
+def _explained(met: dict[int, list[tuple[int, int, int, int]]], numbers: dict[int, _Number]) -> int:
+    """How many crossings, counted on both lines, are those of lines with these numbers."""
+    count = 0
+    for line, number in numbers.items():
+        for rank, other, _, _ in met[line]:
+            its = numbers.get(other)
+            if its is not None and its.family != number.family:
+                count += its.number == number.start + number.way * rank
+    return count
+
+
+def _numbered_from(
+    root: int, met: dict[int, list[tuple[int, int, int, int]]]
+) -> dict[int, _Number]:
+    """Number the lines from one on."""
     votes: dict[int, Counter[_Number]] = {root: Counter([_Number(0, 0, 1, 0)])}
     numbers: dict[int, _Number] = {}
     while votes:

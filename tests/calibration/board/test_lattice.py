@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from endocal.calibration.board.lattice import Crossings, places_of
 from endocal.calibration.board.pattern import join_pieces
 from endocal.calibration.measure.profiles import Measured
 
@@ -68,3 +69,19 @@ def test_a_neighbouring_line_is_no_piece() -> None:
     keep &= ~((whole.labels == high) & (whole.points[:, axis] < 130))
     halves = whole.take(keep)
     assert join_pieces(halves) is halves
+
+
+def test_lines_that_go_on_into_something_else_number_nothing_wrongly() -> None:
+    """Three rows that meet beyond the board seem to cross each other, and so have the most crossings."""
+    rows, columns, beyond = range(5), range(5, 10), (0, 2, 4)
+    crossings = [(a, b, 0, 0, 1, (0.0, 20.0)) for a in beyond for b in beyond if a < b]
+    crossings += [(r, c, c - 4, r, 1, (10.0 * c, 10.0 * r)) for r in rows for c in columns]
+    a, b, i, j, turn, places = (np.array(v) for v in zip(*crossings, strict=True))
+    known = Crossings(np.stack([a, b], axis=1), np.stack([i, j], axis=1), turn, places)
+    at, numbered = places_of(known)
+    assert numbered[3:].all()
+    at = at[3:].reshape(5, 5, 2)
+    # Rows and columns, each with numbers of its own, one apart.
+    for axis, family in ((0, at[:, 0]), (1, at[0, :])):
+        steps = np.abs(np.diff(family, axis=0)).sum(axis=1)
+        assert (steps == 1).all(), axis
