@@ -22,11 +22,10 @@ FEWEST_CORNERS = 3
 FEWEST_LINES = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
-# The model's denominator at a corner is no smaller, nor that at another point of a line. Nearer to the pole
-# one corner can be sent so far out that all other distances shrink to nothing beside it; an equidistant lens
-# has this 88 degrees off its axis. What was measured beyond the corners, up to a square farther out, may
-# leave any picture that one looks at, but does not fold.
-LEAST_DENOMINATORS = 0.05, 0.001
+# The model's denominator at a corner is no smaller: no corner is sent farther out than 20 times as far as it
+# is seen, which an equidistant lens does 88 degrees off its axis. Nearer to the pole one corner can be sent
+# so far out that all other distances shrink to nothing beside it.
+LEAST_DENOMINATOR = 0.05
 # The solver is run again where it made the residual less than this share of what it was, at most so often.
 SETTLED = 0.99
 MOST_ROUNDS = 6
@@ -117,12 +116,12 @@ def _all(parts: Sequence[Labels]) -> Labels:
 
 
 def fit_corners(
-    boards: Sequence[Corners], points: Floats, start: Floats, prior: Prior, monotonic: float
+    boards: Sequence[Corners], start: Floats, prior: Prior, monotonic: float
 ) -> tuple[Fit, Labels] | None:
     """Fit (lam, cx, cy[, lam2]) from ``start`` downhill; return the fit and its residuals' lines (m,).
 
-    ``boards``: those of all views, in square px; ``points`` (n, 2): all that was measured. The prior weighs
-    as much as one line's evidence. The two-parameter model is kept from folding within ``monotonic`` px, too.
+    ``boards``: those of all views, in square px. The prior weighs as much as one line's evidence. The
+    two-parameter model is kept from folding within ``monotonic`` px, too.
     None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
     """
     rows = _Rows.of(boards)
@@ -131,43 +130,40 @@ def fit_corners(
     params, rms = start, _rms(rows.off(start))
     # Where the farthest corner becomes another one the bound has a kink, and steps end early.
     for _ in range(MOST_ROUNDS):
-        params = _downhill(rows, points, params, prior, monotonic, rms)
+        params = _downhill(rows, params, prior, monotonic, rms)
         before, rms = rms, _rms(rows.off(params))
         if rms > SETTLED * before:
             break
     return _as_fit(rows, params, prior.fixed), rows.line
 
 
-def _downhill(
-    rows: _Rows, points: Floats, start: Floats, prior: Prior, monotonic: float, rms: float
-) -> Floats:
+def _downhill(rows: _Rows, start: Floats, prior: Prior, monotonic: float, rms: float) -> Floats:
     """One run of the solver; ``rms`` px: what residuals are expected to be, for the weight of the prior."""
     second = len(start) > 3
 
-    def farthest(center: Floats) -> list[float]:
-        """The squared distance, px^2, of the farthest corner and of the farthest point from this centre."""
-        return [float(np.max(np.sum((p - center) ** 2, axis=1))) for p in (rows.corners, points)]
+    def reach(center: Floats) -> float:
+        """How far, px, the farthest corner lies from this centre."""
+        return float(np.sqrt(np.max(np.sum((rows.corners - center) ** 2, axis=1))))
 
-    def bound(farthest: list[float]) -> float:
+    def bound(reach: float) -> float:
         """The size that lam may reach, px^-2, alone."""
-        return min((1 - d) / q for d, q in zip(LEAST_DENOMINATORS, farthest, strict=True))
+        return (1 - LEAST_DENOMINATOR) / reach**2
 
     # lam and lam2 in units of that bound and its square, so that the bound is a number.
-    most = bound(farthest(start[1:3]))
+    most = bound(reach(start[1:3]))
     unit = 0.1 / np.sqrt(most)
 
     def params(x: Floats) -> Floats:
         center = start[1:3] if prior.fixed else start[1:3] + unit * x[1:3]
-        reach = farthest(center)
-        most = bound(reach)
+        farthest = reach(center)
+        most = bound(farthest)
         out = np.array([-x[0] * most, *center])
         if second:
-            within = zip(np.sqrt(reach), LEAST_DENOMINATORS, strict=True)
-            ranges = [second_range(out[0], radius, least) for radius, least in within]
+            low, high = second_range(out[0], farthest, LEAST_DENOMINATOR)
             if monotonic > 0:
-                ranges.append(second_range(out[0], monotonic))
-            lows, highs = zip(*ranges, strict=True)
-            out = np.append(out, np.clip(-x[-1] * most**2, max(lows), min(highs)))
+                also = second_range(out[0], monotonic)
+                low, high = max(low, also[0]), min(high, also[1])
+            out = np.append(out, np.clip(-x[-1] * most**2, low, high))
         return out
 
     x = np.zeros(1 + (0 if prior.fixed else 2) + second)

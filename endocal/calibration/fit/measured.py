@@ -174,7 +174,7 @@ def straightened(refined: Refined, reach: float, prior: Prior, content: float) -
     fit, m = refined.fit, refined.measured
     views = range(int(refined.view.max()) + 1)
     boards = [corners_of(m.take(refined.view == view)) for view in views]
-    corners = fit_corners(boards, m.points, fit.params, prior, content)
+    corners = fit_corners(boards, fit.params, prior, content)
     if corners is not None:
         seen = _fit(m, corners[0].params, reach, prior, fit.softness, content, held=True)
         return replace(refined, fit=seen, corners=corners)

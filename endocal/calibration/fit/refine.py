@@ -13,6 +13,7 @@ import numpy as np
 from ..board.pattern import merge_twins
 from ..image.edges import EdgePoints
 from ..straightness import Floats, Labels
+from .following import followed
 from .grouping import Grouping, LineSpec, group
 from .measured import ENOUGH_POINTS, Refined, View, fit_measured
 from .plumb_line import Prior, fit_model
@@ -145,7 +146,8 @@ def _refined_once(
         params = np.append(params, 0.0)
     lines = []
     for view, g in zip(views, groups, strict=True):
-        found, own = view.edges.points[g.assigned], g.labels[g.assigned]
+        labels = followed(view.edges, g.labels, g.count, view.step) if second else g.labels
+        found, own = view.edges.points[labels >= 0], labels[labels >= 0]
         lines.append((found, merge_twins(found, own, params, TWINS) if g.count else own))
     return fit_measured(views, lines, params, sigma, reach, prior, content)
 
