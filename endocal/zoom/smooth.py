@@ -134,7 +134,7 @@ class DiameterFilter:
         q = self._acceleration2
         self._log += self._speed * frames
         self._p = (
-            unknown**2 + p00 + 2 * p01 * frames + p11 * frames**2 + q * frames**3 / 4,
+            unknown**2 + p00 + 2 * p01 * frames + p11 * frames**2 + q * frames**3 / 3,
             p01 + p11 * frames + q * frames**2 / 2,
             p11 + q * frames,
         )

@@ -246,3 +246,14 @@ def test_a_zoom_to_the_end_stop_and_back_is_two_frames_late_at_most(
     errors = np.abs(np.log(run(noisy(true, seed, 3e-4)) / true))
     assert errors.max() <= 2 * speed + 0.01
     assert errors[-20:].max() < 0.003
+
+
+@pytest.mark.parametrize("frames", [2, 3, 7])
+def test_frames_gone_by_at_once_leave_as_much_doubt_as_one_by_one(frames: int) -> None:
+    at_once, in_turn = DiameterFilter(), DiameterFilter()
+    for state in (at_once, in_turn):
+        state.restart(500.0, SIGMA, 2e-3)
+    at_once.predict(Elapsed(frames, frames / 25))
+    for _ in range(frames):
+        in_turn.predict(Elapsed(1.0, 1 / 25))
+    assert at_once.sigma == pytest.approx(in_turn.sigma, rel=1e-9)
