@@ -183,7 +183,12 @@ class ZoomFollower:
         step = None
         if self._sigma < spec.limit:
             step = self._tracker.step(
-                luma, self._table, state.diameter, self._rest.rests, self._shift.value
+                luma,
+                self._table,
+                state.diameter,
+                self._rest.rests,
+                self._shift.value,
+                self._rest.hand * seconds,
             )
             if self._tracker.was_cut:
                 state.widen(spec.cut)
@@ -228,7 +233,9 @@ class ZoomFollower:
         if self._current is None or (diameter, shift) != self._current[:2]:
             model = shifted(self._look_up(diameter, boundary), shift)
             self._current = (diameter, shift, model)
-        sigma = math.hypot(self._sigma, state.pending, self._shape)
+        # What is shown stands still while the estimate moves within the slack.
+        behind = math.log(diameter / state.diameter)
+        sigma = math.hypot(self._sigma, state.pending, self._shape, behind)
         return ZoomEstimate(self._current[2], boundary, diameter, source, sigma, shift)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:

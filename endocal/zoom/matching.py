@@ -12,8 +12,27 @@ Luma = NDArray[np.uint8]
 # (n, 1, 2) px, as OpenCV has them.
 Places = NDArray[np.float32]
 
+# The side of the patch that makes a corner, px.
+_BLOCK = 5
+# The least part of the strongest corner's strength that OpenCV takes.
+_WEAKEST = 1e-6
 # The mean and the standard deviation of an evened picture: few of its values fall outside 0 to 255.
 _EVEN = (128.0, 40.0)
+
+
+def best_corners(image: Luma, count: int, spacing: float, worth: float) -> Places:
+    """Find the ``count`` strongest corners that are ``spacing`` px apart, (n, 1, 2) px.
+
+    They count from ``worth`` of the picture's median on: a bright highlight or an instrument is so much
+    stronger than soft tissue that nothing else would be left, were the strongest the measure.
+    """
+    strength = cv2.cornerMinEigenVal(image, _BLOCK)
+    most = float(strength.max())
+    if most <= 0:
+        return np.empty((0, 1, 2), np.float32)
+    level = max(worth * float(np.median(strength)) / most, _WEAKEST)
+    corners = cv2.goodFeaturesToTrack(image, count, level, spacing, blockSize=_BLOCK)
+    return np.empty((0, 1, 2), np.float32) if corners is None else np.asarray(corners, np.float32)
 
 
 def follow_places(last: Luma, current: Luma, places: Places) -> tuple[Places, NDArray[np.bool_]]:

@@ -27,6 +27,8 @@ _MEDIAN_LENGTH = 1.1774
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
 _SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
 _ALONG_AXIS = [_ZOOM, _APPROACH]
+# Patches along the picture's width and height whose places are neighbours of one another.
+_PATCHES = (4, 3)
 # No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
 _STRAIGHTEST = 0.1
 
@@ -40,7 +42,9 @@ class MotionSpec:
     of each coefficient of the scene's relative inverse depth, a quadratic in tangents of angles, and
     ``reshaping`` of its change per frame. ``focal`` is lam f^2 of a usual lens, without its sign: where
     angles map to radii evenly it is 1/3, and real ones lie around. What no quadratic scene explains is
-    shared by neighbouring places, so that all of them together count as ``patches`` in this respect.
+    shared by neighbouring places, so that all of them together count as ``patches`` in this respect. That
+    counts in full where the residuals of neighbours correlate by ``alike``, and less where each is on its
+    own, as it is where noise or a soft picture makes it: it is averaged over ``remembered`` steps or so.
     """
 
     zoom: float = 0.02
@@ -52,6 +56,8 @@ class MotionSpec:
     reshaping: float = 0.001
     focal: float = 0.36
     patches: float = 12.0
+    alike: float = 0.1
+    remembered: float = 25.0
 
 
 class ScaleStep(NamedTuple):
@@ -78,6 +84,8 @@ class SceneShape:
         self._spec = spec
         self._shape = np.zeros(5)
         self._covariance = np.eye(5) * spec.shape**2
+        # How alike the residuals of neighbours were of late, and over how many steps that was taken.
+        self._alike, self._steps = 0.0, 0.0
 
     def scale_between(
         self,
@@ -88,6 +96,7 @@ class SceneShape:
         drift: tuple[float, float] = (0.0, 0.0),
         noise: float = 0.1,
         rests: bool = False,
+        hand: float | None = None,
     ) -> ScaleStep:
         """Fit the relative scale between matched places, the camera's motion and the shape together.
 
@@ -95,14 +104,15 @@ class SceneShape:
         the first frame, at ``diameter`` px, and ``drift`` how its centre moves with the logarithm of the
         diameter, px; ``noise`` is the least error of a place, px. The camera's motion is taken as small; the
         zoom need not be. Where it ``rests`` so far, the scene's shape is learned from the camera's motion
-        alone. Tukey's biweight keeps out what moves on its own.
+        alone. ``hand`` is how much nearer the camera is expected to come, in distances to the scene (one
+        standard deviation); what the spec says without. Tukey's biweight keeps out what moves on its own.
         """
         spec = self._spec
         strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
         bend = max(abs(strength + strength2 / 4), _STRAIGHTEST)
         focal = math.sqrt(spec.focal / bend)
         start, _ = _undistorted(before / diameter, strength, strength2)
-        known = self._known(rests)
+        known = self._known(rests, spec.approach if hand is None else hand)
         shape, motion, logarithm = self._shape, np.zeros(12), 0.0
         weight, scale = np.ones(len(before)), 0.0
         for _ in range(_FIT_ROUNDS):
@@ -116,8 +126,9 @@ class SceneShape:
             flow = _camera_flow((start + end) / 2, focal, shape, motion)
             design = np.concatenate([back @ flow, (late + drift)[..., None]], axis=2)
             scale = max(scale or _spread(shift), noise)
-            # Noise is each place's own; what is beyond it, a rough scene's, neighbours share.
-            shared = max(float(weight.sum()) / spec.patches, 1.0)
+            # Noise is each place's own; of what is beyond it, neighbours share a rough scene's part.
+            crowd = max(float(weight.sum()) / spec.patches, 1.0)
+            shared = 1 + self._shared * (crowd - 1)
             variance = noise**2 + (scale**2 - noise**2) * shared
             weighted = design * (weight / variance)[:, None, None]
             normal = np.einsum("nij,nik->jk", weighted, design) + known
@@ -133,6 +144,7 @@ class SceneShape:
             scale = max(_spread(residual), noise)
             weight = np.maximum(1 - (residual**2).sum(axis=1) / (_TUKEY * scale) ** 2, 0) ** 2
         self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
+        self._learn_shared(before, residual, weight)
         sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
         found = np.array([logarithm, motion[_APPROACH]])
         both = np.linalg.inv(covariance[np.ix_(_ALONG_AXIS, _ALONG_AXIS)])
@@ -141,11 +153,24 @@ class SceneShape:
             logarithm, sigma, float(found[1]), both - expected, both @ found, motion[_SHIFT]
         )
 
-    def _known(self, rests: bool) -> NDArray[np.float64]:
+    @property
+    def _shared(self) -> float:
+        """Which part of what the fit leaves is shared by neighbours; all of it until a step has told."""
+        if not self._steps:
+            return 1.0
+        return min(max(self._alike / self._steps / self._spec.alike, 0.0), 1.0)
+
+    def _learn_shared(self, places: Points, residual: Points, weight: NDArray[np.float64]) -> None:
+        fits = weight > 0
+        kept = 1 - 1 / self._spec.remembered
+        self._alike = kept * self._alike + _likeness(places[fits], residual[fits])
+        self._steps = kept * self._steps + 1
+
+    def _known(self, rests: bool, hand: float) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""
         spec = self._spec
         zoom = spec.resting if rests else spec.zoom
-        sigma = np.array([spec.turn] * 3 + [spec.shift] * 2 + [spec.approach] + [1.0] * 5 + [zoom])
+        sigma = np.array([spec.turn] * 3 + [spec.shift] * 2 + [hand] + [1.0] * 5 + [zoom])
         known = np.diag(sigma**-2.0)
         known[_SHAPE, _SHAPE] = np.linalg.inv(self._covariance + np.eye(5) * spec.reshaping**2)
         return known
@@ -187,3 +212,23 @@ def _undistorted(
     slope = 2 * (strength + 2 * q * strength2)
     outer = n[:, :, None] * n[:, None, :] * (slope / denominator**2)[:, None, None]
     return n / denominator[:, None], np.eye(2) / denominator[:, None, None] - outer
+
+
+def _likeness(places: Points, residual: Points) -> float:
+    """Return the correlation of the residuals (n, 2) of places (n, 2) that lie in the same patch.
+
+    It is 0 on average where each place's error is its own, and about as often below.
+    """
+    if len(places) < 2:
+        return 0.0
+    lowest, size = places.min(axis=0), np.maximum(np.ptp(places, axis=0), 1e-9)
+    columns, rows = _PATCHES
+    column, row = np.minimum((places - lowest) / size * _PATCHES, (columns - 1, rows - 1)).T
+    patch = row.astype(np.intp) * columns + column.astype(np.intp)
+    count = np.bincount(patch)
+    sums = [np.bincount(patch, along) for along in residual.T]
+    squares = float((residual**2).sum())
+    pairs = float((count * (count - 1)).sum())
+    if not (pairs and squares):
+        return 0.0
+    return (float(np.square(sums).sum()) - squares) / pairs / (squares / len(places))

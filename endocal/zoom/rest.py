@@ -26,11 +26,13 @@ _ANY_SPEED = 1.0
 class RestSpec:
     """What is expected of zooms and hands; it is weighed over ``window`` s.
 
-    A moving zoom changes by ``zoom``, a hand comes nearer by ``hand``, in a ``hurry`` (a probability) by
-    ``hurried``: relative per s, one standard deviation each. A hand that has also gone aside within the last
-    ``roaming`` s comes nearer by ``aside`` of that besides. A resting zoom moves with the probability
-    ``starts``, one that moved with ``goes_on``. One whose speed was told keeps it, within ``steady`` of it
-    (one standard deviation), with the probability ``keeps``, of which 1/e is left after ``told`` s.
+    A moving zoom changes by ``zoom``, relative per s (one standard deviation, as all of these). A hand comes
+    nearer by ``aside`` of how quickly it went aside within the last ``roaming`` s, and by ``least``. With the
+    probability ``freely`` it does so by ``hand`` besides, in a ``hurry`` (another) by ``hurried``. Till it
+    was seen for ``settle`` s it is taken to go aside as quickly as ``hand`` says. A resting zoom moves with
+    the probability ``starts``, one that moved with ``goes_on``. One whose speed was told keeps it, within
+    ``steady`` of it (one standard deviation), with the probability ``keeps``, of which 1/e is left after
+    ``told`` s.
     Some zoom passes for approach, or the reverse, by ``mistake`` per s (one standard deviation) since the
     scene is never quite known; what seemed a zoom at rest is such a mistake, remembered, and forgotten,
     within ``memory`` s. In the long run ``confused`` of what the two made of the picture together (one
@@ -44,7 +46,10 @@ class RestSpec:
     hand: float = 0.07
     hurried: float = 0.3
     hurry: float = 0.03
-    aside: float = 0.7
+    least: float = 0.01
+    freely: float = 0.2
+    settle: float = 0.3
+    aside: float = 1.0
     roaming: float = 2.0
     starts: float = 0.05
     goes_on: float = 0.6
@@ -114,13 +119,18 @@ class ZoomRest:
         self._mistaken = 0.0
         # The speed of zoom that was told, per s, and the probability that it is still the same.
         self._told, self._keeps = 0.0, 0.0
-        # The mean square of the speed aside, in one direction, (distances per s)^2.
-        self._roaming = 0.0
+        # The square of the speed aside, in one direction, (distances per s)^2, summed over the s of late.
+        self._roamed, self._watched = 0.0, 0.0
 
     @property
     def rests(self) -> bool:
         """Say whether the zoom was at rest of late."""
         return not self._moves
+
+    @property
+    def hand(self) -> float:
+        """How quickly the camera is expected to come nearer, in distances per s: one standard deviation."""
+        return self._nearer(self._spec.least)
 
     def forget(self, speed: float | None = None) -> None:
         """Begin anew, at rest or with a zoom that moves already at a ``speed``, per s."""
@@ -191,11 +201,21 @@ class ZoomRest:
     def _learn_roaming(self, late: Sequence[_Step], seconds: float) -> None:
         """Take in how quickly the camera went aside of late; the mean over several steps is steadier."""
         speed = sum(s.aside for s in late) / sum(s.seconds for s in late)
-        kept = math.exp(-seconds / self._spec.roaming)
-        self._roaming = kept * self._roaming + (1 - kept) * float(np.mean(np.square(speed)))
+        spec = self._spec
+        kept = math.exp(-seconds / spec.roaming)
+        watched = (1 - kept) * spec.roaming
+        self._roamed = kept * self._roamed + watched * float(np.mean(np.square(speed)))
+        self._watched = kept * self._watched + watched
+
+    def _nearer(self, speed: float) -> float:
+        """Return how quickly a hand comes nearer, per s, that does so at ``speed`` even where it stays."""
+        spec = self._spec
+        before = spec.settle * (spec.hand / spec.aside) ** 2
+        roaming = (self._roamed + before) / (self._watched + spec.settle)
+        return math.hypot(speed, spec.aside * math.sqrt(roaming))
 
     def _weigh(self, late: Sequence[_Step]) -> list[_Weighed]:
-        """Weigh a resting and a moving zoom, each with a usual and a hurried hand."""
+        """Weigh a resting and a moving zoom, each with a hand that sways, moves freely or hurries."""
         spec = self._spec
         # The scene's shape and what does not fit it hardly change from one frame to the next, so that many
         # frames tell no more than one; their mean is steadier.
@@ -206,10 +226,14 @@ class ZoomRest:
         zooms = [(0.0, spec.zoom, moves)]
         if self._keeps > 0:
             zooms.append((self._told, spec.steady * abs(self._told), self._keeps))
-        roaming = spec.aside * math.sqrt(self._roaming)
+        hands = (
+            (spec.least, 1 - spec.hurry - spec.freely),
+            (spec.hand, spec.freely),
+            (spec.hurried, spec.hurry),
+        )
         out = []
-        for speed, usual in ((spec.hand, 1 - spec.hurry), (spec.hurried, spec.hurry)):
-            hand = math.hypot(speed, roaming)
+        for speed, usual in hands:
+            hand = self._nearer(speed)
             _, rest = _explain(information[1:, 1:], target[1:], np.array([hand]))
             out.append(_Weighed(False, rest + math.log(usual * rests), 0.0, 0.0, 0.0))
             for mean, deviation, prior in zooms:

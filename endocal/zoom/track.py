@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..model import DivisionModel
 from .cut import CutDetector, CutSpec
-from .matching import Luma, Places, evened, follow_places
+from .matching import Luma, Places, best_corners, evened, follow_places
 from .parallax import MotionSpec, Points, ScaleStep, SceneShape
 from .shift import Offset, shifted
 from .table import ZoomTable
@@ -31,9 +31,10 @@ class TrackingSpec:
     """How the zoom is tracked.
 
     The picture is reduced to about ``height`` px, and up to ``points`` places are followed in it, ``spacing``
-    reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius. With fewer than
-    ``least`` the step is given up; new ones are sought below ``renew`` of those that were found. ``noise`` is
-    the least error of a followed place, reduced px.
+    reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius; a corner counts from
+    ``worth`` of the picture's median strength on. With fewer than ``least`` the step is given up; new ones
+    are sought below ``renew`` of those that were found. ``noise`` is the least error of a followed place,
+    reduced px.
     """
 
     height: int = 360
@@ -43,6 +44,7 @@ class TrackingSpec:
     renew: float = 0.8
     noise: float = 0.05
     spacing: float = 18.0
+    worth: float = 1.0
     motion: MotionSpec = field(default_factory=MotionSpec)
     cut: CutSpec = field(default_factory=CutSpec)
 
@@ -80,11 +82,13 @@ class ScaleTracker:
         diameter: float,
         rests: bool = False,
         shift: Offset = (0.0, 0.0),
+        hand: float | None = None,
     ) -> ScaleStep | None:
         """Return the scale from the last frame to this one; None where it cannot be told.
 
         ``diameter`` (px) is that of the last frame, which the ``table`` has the model for; ``rests`` says
         whether the zoom was at rest, and ``shift`` (x, y) px how far its centre lies from the table's.
+        ``hand`` is how much nearer the camera is expected to come meanwhile, in distances to the scene.
         """
         model = table.at_diameter(diameter)
         drift = self._drift(table, model, diameter)
@@ -113,6 +117,7 @@ class ScaleTracker:
             drift,
             self._spec.noise * reduction,
             rests,
+            hand,
         )
 
     def _follow(self, last: Luma, current: Luma) -> tuple[Places, NDArray[np.bool_]]:
@@ -153,10 +158,7 @@ class ScaleTracker:
     def _seek(self, image: Luma, reduction: int, model: DivisionModel, diameter: float) -> Places:
         """Find places that can be followed, away from the rim; (n, 1, 2) reduced px."""
         spec = self._spec
-        corners = cv2.goodFeaturesToTrack(image, spec.points, 0.005, spec.spacing, blockSize=5)
-        if corners is None:
-            return np.empty((0, 1, 2), np.float32)
-        places: Places = np.asarray(corners, np.float32)
+        places = best_corners(image, spec.points, spec.spacing, spec.worth)
         offset = self._offsets(places[:, 0], reduction, model)
         return places[np.hypot(offset[:, 0], offset[:, 1]) < spec.reach * diameter / 2]
 

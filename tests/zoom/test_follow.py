@@ -161,6 +161,15 @@ def test_an_arc_of_the_rim_is_stated_to_tell_less_than_a_whole_one() -> None:
     assert cut.relative_uncertainty > 2 * whole.relative_uncertainty
 
 
+def test_what_the_model_stands_still_by_is_stated() -> None:
+    # It stands still for 1 % here; the circle is 0.5 % wider from the tenth frame on.
+    follower = ZoomFollower(TABLE, FollowSpec(still=(0.01, 0.01)))
+    widths = [300.0] * 10 + [301.5] * 15
+    *_, last = follow(follower, (frame(d, i) for i, d in enumerate(widths)))
+    assert last.diameter == pytest.approx(300.0, rel=1e-3)
+    assert last.relative_uncertainty > 0.004
+
+
 def test_without_any_rim_the_zoom_is_not_guessed() -> None:
     with pytest.raises(InputError, match=r"3\.20 s.*--assume-diameter"):
         ZoomFollower(TABLE).update(frame(900), 3.2)

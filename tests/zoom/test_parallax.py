@@ -117,3 +117,18 @@ def test_in_a_cavity_a_camera_that_comes_nearer_is_not_taken_for_a_zoom(speed: f
     # The sway shows the shape, so that little of the approach is left to mistake.
     assert abs(total) < 0.15 * approach
     assert abs(late) < 0.05 * approach
+
+
+def test_errors_that_neighbours_share_leave_more_open_than_errors_of_their_own() -> None:
+    rng, sigmas = np.random.default_rng(4), []
+    for shared in (False, True):
+        scene = SceneShape()
+        for seed in range(10):
+            before = places(seed)
+            # Half a pixel each way: of each place, or of all within a fifth of the picture's sides.
+            patch = (before // (SIZE[0] / 5, SIZE[1] / 5)).astype(int) @ (1, 10)
+            each = rng.normal(0, 0.5, (100, 2))[patch] if shared else rng.normal(0, 0.5, (150, 2))
+            after = moved(before, 0.01, camera((0.003, 0.0), 0.0, 0.0, 0.0)) + each
+            step = scene.scale_between(before - MIDDLE, after - MIDDLE, model(), DIAMETER)
+        sigmas.append(step.sigma)
+    assert sigmas[1] > 1.2 * sigmas[0]

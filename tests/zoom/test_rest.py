@@ -192,6 +192,24 @@ def test_a_camera_that_roams_comes_nearer_too() -> None:
     assert not total(steps, apart=0.2, aside=0.3).any()
 
 
+def test_a_hand_that_stands_still_is_not_expected_to_come_nearer() -> None:
+    # What the picture hardly tells apart is then the zoom's almost whole; a hand that sways shares in it.
+    steps = np.where(np.arange(75) < 50, 0, 0.3 * FRAME)
+    still, swaying = (total(steps, apart=0.2, aside=speed, told=0.0)[-1] for speed in (0.0, 0.1))
+    assert still == pytest.approx(steps.sum(), rel=0.03)
+    assert swaying < still
+
+
+def test_what_a_hand_is_expected_to_do_is_what_it_did_of_late() -> None:
+    information, rest = np.eye(2) / 0.01**2, ZoomRest()
+    assert rest.hand == pytest.approx(0.07, rel=0.1)
+    for speed, least, most in ((0.0, 0.01, 0.035), (0.3, 0.2, 0.3)):
+        step = ScaleStep(0.0, 1e-4, 0.0, information, np.zeros(2), np.full(2, speed * FRAME))
+        for _ in range(75):
+            rest.take(step, FRAME)
+        assert least < rest.hand < most
+
+
 def test_what_seemed_a_zoom_at_rest_is_told_and_taken_back_when_it_counts() -> None:
     slow, quick = np.full(25, 0.02 * FRAME), np.full(25, 0.4 * FRAME)
     found = shares(np.concatenate([slow, quick]))
