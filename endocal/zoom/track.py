@@ -31,10 +31,10 @@ class TrackingSpec:
     """How the zoom is tracked.
 
     The picture is reduced to about ``height`` px, and up to ``points`` places are followed in it, ``spacing``
-    reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius; a corner counts from
-    ``worth`` of the picture's median strength on. With fewer than ``least`` the step is given up; new ones
-    are sought below ``renew`` of those that were found. ``noise`` is the least error of a followed place,
-    reduced px.
+    reduced px apart and not nearer to the rim than at ``reach`` of the circle's radius; in a soft picture a
+    corner counts from ``worth`` of its median strength on. With fewer than ``least`` the step is given up;
+    new ones are sought below ``renew`` of those that were found. ``noise`` is the least error of a followed
+    place, reduced px.
     """
 
     height: int = 360
