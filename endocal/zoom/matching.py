@@ -17,7 +17,7 @@ _BLOCK = 5
 # The part of the strongest corner's strength that is tried first; in most pictures enough reach it.
 _USUAL = 0.005
 # With less than this part of the corners that are sought, softer ones count as well.
-_FEW = 0.6
+_FEW = 0.4
 # No corner at all is as weak.
 _NONE = 1e-12
 # The mean and the standard deviation of an evened picture: few of its values fall outside 0 to 255.
