@@ -23,7 +23,7 @@ from .fit.measured import (
 from .fit.refine import best_start, reach_of, refine
 from .methods.registry import method_named
 from .objective import task_of
-from .quality import Evidence, judge
+from .quality import ALIKE, OTHER_LENS, OUTLYING_PICTURE, Evidence, judge
 from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
 from .search import Found
@@ -34,10 +34,6 @@ from .straightness import Floats, residuals
 SHORT_OF_FOLD = 0.98
 # A fit's share of residuals within which straightness is told, in robust standard deviations.
 OUTLYING = 5.0
-# A picture whose residual is this many times larger under the common model than under its own is left out.
-OUTLYING_PICTURE = 2.5
-# Residuals below this, px, make no picture one of another lens, and below that leave no doubt that two agree.
-SAME_LENS, ALIKE = 0.1, 0.04
 # Straightness that a model monotonic over all of the content may cost.
 ALMOST_AS_STRAIGHT = 1.15
 # A second parameter may not fold the picture within so many times the radius that the lines reach.
@@ -109,18 +105,19 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
             silent += [number for i, number in enumerate(kept) if i not in pictures]
             kept = [kept[i] for i in pictures]
             continue
+        fits = _common_and_own(scene, refined, content) if len(pictures) > 1 else []
+        worst, misfit = _worst_picture(scene, fits, OTHER_LENS)
         # Of two that differ nothing tells which is wrong.
-        floor = SAME_LENS if len(pictures) > 2 else ALIKE
-        worst, misfit = _worst_picture(scene, refined, content, floor)
-        differ = misfit > OUTLYING_PICTURE
-        if len(pictures) < 3 or not differ:
+        if len(pictures) < 3 or misfit <= OUTLYING_PICTURE:
             break
         # What the others show is looked at anew: the circle, too, may have been this one's.
         del kept[worst]
     rms_of = {kept[picture]: _rms_of(scene, refined, picture) for picture in pictures}
     rms = tuple(rms_of.get(i) for i in range(len(images)))
     left_out = tuple(i for i in range(len(images)) if i not in (*kept, *silent))
-    calibration, workings = _calibration(scene, spec, found, refined, differ)
+    stray, misfit = _worst_picture(scene, fits, ALIKE)
+    differing = kept[stray] + 1 if misfit > OUTLYING_PICTURE else 0
+    calibration, workings = _calibration(scene, spec, found, refined, differing)
     return Joint(calibration, workings, rms, left_out, tuple(sorted(silent)))
 
 
@@ -129,14 +126,20 @@ def _pictures(scene: Scene, refined: Refined) -> list[int]:
     return sorted({scene.views[view].picture for view in np.unique(refined.view)})
 
 
-def _worst_picture(
-    scene: Scene, refined: Refined, content: float, floor: float
-) -> tuple[int, float]:
-    """The picture that fits the common model worst, and how many times worse than one of its own."""
-    if len(_pictures(scene, refined)) < 2:
-        return 0, 1.0
+def _common_and_own(scene: Scene, refined: Refined, content: float) -> list[tuple[float, float]]:
+    """For each view, its residual in px under the common model, and under one of its own."""
     reach = reach_of(scene.views, scene.prior.center)
-    misfits = misfit_of_views(refined, reach, scene.prior, content, floor)
+    return misfit_of_views(refined, reach, scene.prior, content)
+
+
+def _worst_picture(
+    scene: Scene, fits: Sequence[tuple[float, float]], floor: float
+) -> tuple[int, float]:
+    """The picture that fits the common model worst, and how many times worse than one of its own.
+
+    Residuals of less than ``floor`` px count as that. With no ``fits``, of a single picture, once.
+    """
+    misfits = [max(common, floor) / max(own, floor) for common, own in fits] or [1.0]
     worst = int(np.argmax(misfits))
     return scene.views[worst].picture, misfits[worst]
 
@@ -207,7 +210,7 @@ def _farthest(refined: Refined) -> float:
 
 
 def _calibration(
-    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined, differ: bool
+    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined, differing: int
 ) -> tuple[Calibration, Workings]:
     fit = refined.fit
     full = refined.covariance
@@ -218,7 +221,7 @@ def _calibration(
         (float(sigmas[1]) / spec.pixel_aspect, float(sigmas[2])),
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
-    evidence = replace(_evidence(scene, refined, model, full, found.cost), differ=differ)
+    evidence = replace(_evidence(scene, refined, model, full, found.cost), differing=differing)
     quality = replace(judge(evidence), entropy=_entropy(spec, found))
     calibration = _with_usable_radius(
         Calibration(model, uncertainty, scene.boundary, quality, _source(spec))
@@ -258,6 +261,7 @@ def _evidence(
         short_side=min(scene.square_size),
         explained=len(m.points) / max(sum(view.edge_length for view in scene.views), 1),
         board=refined.board,
+        pictures=len({view.picture for view in scene.views}),
         bend=departure.bend if departure.ratio > MODEL_HOLDS else 0.0,
         second=len(fit.params) > 3,
         astray=_astray(scene, fit.params),

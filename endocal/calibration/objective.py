@@ -15,8 +15,10 @@ from .straightness import Floats
 
 # Where Algorithm 1 only finds a start, so many points vote at most, drawn evenly.
 MOST_VOTERS_FOR_START = 2_500
-# The search ends where lambda is as good as zero, px^-2 (METHOD: [-1 / r_max^2, -1e-7]).
+# The search ends where lambda is as good as zero, px^-2 (Lee et al. 2013: [-1 / r_max^2, -1e-7]); in larger
+# pictures, of which it would leave nothing, at what that is in one whose edges reach so many px.
 SMALLEST_LAMBDA = -1e-7
+LARGE_REACH = 1100.0
 
 
 def task_of(scene: Scene, spec: CalibrationSpec) -> Task:
@@ -39,7 +41,8 @@ def region_of(scene: Scene) -> Region:
     reach = reach_of(scene.views, scene.prior.center)
     x, y = scene.prior.center
     dx, dy = scene.prior.spread
-    return Region((-1 / reach**2, SMALLEST_LAMBDA), (x - dx, x + dx), (y - dy, y + dy))
+    smallest = SMALLEST_LAMBDA * min(1.0, LARGE_REACH / reach) ** 2
+    return Region((-1 / reach**2, smallest), (x - dx, x + dx), (y - dy, y + dy))
 
 
 def _chosen(scene: Scene, spec: CalibrationSpec) -> list[Floats] | None:

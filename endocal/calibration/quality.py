@@ -33,6 +33,11 @@ ROUGH_WITHOUT_BOARD = 0.15
 FAILED_EXPLAINED = 0.03
 LITTLE_EXPLAINED = 0.08
 LITTLE_WITHOUT_BOARD = 0.3
+# Several pictures: one whose residual is so many times larger under the common model than under its own is
+# of another lens or zoom. Residuals below the first, px, make none be left out, and below the second, which
+# noise explains, leave no doubt that all are of one lens: a real one departs from any model by more.
+OUTLYING_PICTURE = 2.5
+OTHER_LENS, ALIKE = 0.1, 0.02
 # The model's fold this near to the measured points, as a share of their radius.
 NEAR_FOLD = 1.02
 
@@ -58,15 +63,20 @@ class Evidence:
     bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
     astray: float = 0.0  # of the centre from the frame's middle, in the prior's standard deviations
-    differ: bool = False  # whether two pictures are of lenses that differ
+    pictures: int = 1
+    differing: int = (
+        0  # the number, from 1, of the picture that goes with the others least; 0 if all do
+    )
 
 
 def judge(e: Evidence) -> Quality:
     """Return the verdict, with every reason against "good"."""
     failed, doubts = [], []
-    if e.differ:
+    if e.differing:
+        which = "the two pictures" if e.pictures == 2 else f"the {e.pictures} pictures"
+        least = "" if e.pictures == 2 else f", number {e.differing} least"
         doubts.append(
-            "the two pictures do not go together: of one lens at one zoom? calibrate from each alone"
+            f"{which} do not go together{least}: of one lens at one zoom? calibrate from each alone"
         )
     if e.lines < FAILED_LINES:
         failed.append(f"only {e.lines} straight lines found: show the pattern larger or sharper")
@@ -93,6 +103,11 @@ def judge(e: Evidence) -> Quality:
         failed.append(
             f"no chessboard seen, and what look like lines stay {e.rms:.2f} px from straight:"
             " show a chessboard or parallel lines"
+        )
+    elif not e.board and rough > ROUGH_WITHOUT_BOARD and e.explained < LITTLE_WITHOUT_BOARD:
+        failed.append(
+            f"no chessboard seen, and what look like lines are {e.explained:.0%} of the edges and"
+            f" {e.rms:.2f} px from straight: show a chessboard or parallel lines"
         )
     if e.explained < FAILED_EXPLAINED:
         failed.append(

@@ -158,6 +158,18 @@ def test_two_pictures_of_different_lenses_are_doubted(factor: float) -> None:
     assert calibrate([first, mate]).quality.verdict == "good"
 
 
+def test_pictures_of_two_zoom_settings_are_doubted() -> None:
+    poses = ((100, 10, 5), (20, 30, 40))
+    at = [
+        [board(lam=lam, axis=a, tilt=t, rotation=r) for a, t, r in poses]
+        for lam in (-3e-6, -2.85e-6)
+    ]
+    joint = calibrate_jointly([render_board(scene) for setting in at for scene in setting])
+    assert joint.left_out == ()
+    assert joint.calibration.quality.verdict == "doubtful"
+    assert "the 4 pictures do not go together" in joint.calibration.quality.reasons[0]
+
+
 @pytest.mark.parametrize("seed", range(900, 908))
 def test_random_boards_are_right_or_doubted(seed: int) -> None:
     scene = random_board(seed)

@@ -30,6 +30,8 @@ def test_sound_evidence_is_good() -> None:
         ({"fold_radius": 303.0}, "at its bound"),
         ({"astray": 4.0}, "cropped"),
         ({"fold_radius": 350.0}, "inside the visible content"),
+        ({"pictures": 2, "differing": 1}, "the two pictures do not go together"),
+        ({"pictures": 5, "differing": 4}, "5 pictures do not go together, number 4 least"),
     ],
 )
 def test_each_doubt_is_named(change: dict, reason: str) -> None:
@@ -43,6 +45,7 @@ def test_each_doubt_is_named(change: dict, reason: str) -> None:
     ("change", "reason"),
     [
         ({"lines": 3}, "only 3 straight lines"),
+        ({"rms": 0.2, "explained": 0.2, "board": False}, "20% of the edges and 0.20 px"),
         ({"rms": 4.0}, "does not fit"),
         ({"explained": 0.01}, "only 1% of the edges"),
         ({"astray": 8.0}, "far from the middle"),

@@ -231,21 +231,18 @@ def _fit(
 
 
 def misfit_of_views(
-    refined: Refined, reach: float, prior: Prior, content: float, floor: float
-) -> list[float]:
-    """For each view, its robust residual under the common model over that under one of its own.
-
-    Residuals of less than ``floor`` px count as that.
-    """
+    refined: Refined, reach: float, prior: Prior, content: float
+) -> list[tuple[float, float]]:
+    """For each view, its robust residual in px under the common model, and under one of its own."""
     out = []
     for view in range(int(refined.view.max()) + 1):
         own = refined.view == view
         if not own.any():
-            out.append(1.0)
+            out.append((0.0, 0.0))
             continue
         fit, m = refined.fit, refined.measured.take(own)
         alone = _fit(m, fit.params, reach, prior, fit.softness, content)
-        out.append(max(robust_sigma(fit.residuals[own]), floor) / max(alone.sigma, floor))
+        out.append((robust_sigma(fit.residuals[own]), alone.sigma))
     return out
 
 

@@ -60,14 +60,17 @@ def checked(image: Image) -> Image:
 def to_grey(image: Image) -> Grey:
     """Turn a picture, any that ``checked`` takes, into grey levels (h, w) from 0 to 255.
 
+    Of 16 bits, those above the lightest pixel's do not count: cameras write 10 or 12 into the lower ones.
     Raises InputError for another shape or type, or a frame too small to hold a line.
     """
     image = checked(image)
     grey = (
         image if image.ndim == 2 else cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_BGR2GRAY)
     )
-    scale = 1.0 if grey.dtype == np.uint8 else 255.0 / 65535.0
-    return np.asarray(grey, np.float32) * np.float32(scale)
+    if grey.dtype == np.uint8:
+        return np.asarray(grey, np.float32)
+    bits = max(int(grey.max()).bit_length(), 8)
+    return np.asarray(grey, np.float32) * np.float32(255.0 / (2**bits - 1))
 
 
 def fields(grey: Grey) -> list[Grey]:

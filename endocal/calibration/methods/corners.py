@@ -3,12 +3,13 @@
 R. Melo, J. P. Barreto, G. Falcao, "A New Solution for Camera Calibration and Real-Time Image Distortion
 Correction in Medical Endoscopy - Initial Technical Evaluation", IEEE Trans. Biomed. Eng. 59 (2012) 634-644,
 doi:10.1109/TBME.2011.2177268: the corners of a single picture of a chessboard, a linear solution in lifted
-coordinates (``calibration/lifted.py``), and its refinement by reprojection.
+coordinates (``calibration/board/lifted.py``), and its refinement by reprojection.
 
-What is done otherwise here: the board's size is not told, its corners are found as ``calibration/board.py``
-says; pixels are square, so that four lifted coordinates do for the source's six; the refinement moves lambda,
-centre and homography alone, since correction needs no more. Several pictures share lambda and centre. The
-cost is the root mean square distance, px, between the corners and where the model sees them.
+What is done otherwise here: the board's size is not told, its corners are found as
+``calibration/board/corners.py`` says; pixels are square, so that four lifted coordinates do for the source's
+six; the refinement moves lambda, centre and homography alone, since correction needs no more. Several
+pictures share lambda and centre. The cost is the root mean square distance, px, between the corners and where
+the model sees them.
 """
 
 from __future__ import annotations

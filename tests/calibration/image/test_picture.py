@@ -27,6 +27,12 @@ def test_deep_and_coloured_pictures_become_grey_levels() -> None:
         to_grey(np.zeros((1, 1), np.uint8))
 
 
+@pytest.mark.parametrize("bits", [10, 12, 14, 16])
+def test_bits_that_a_camera_leaves_empty_do_not_count(bits: int) -> None:
+    ramp = np.linspace(0, 2**bits - 1, 80 * 90).astype(np.uint16).reshape(80, 90)
+    assert to_grey(ramp) == pytest.approx(np.linspace(0, 255, 80 * 90).reshape(80, 90), abs=0.3)
+
+
 def test_pictures_as_other_libraries_give_them() -> None:
     rng = np.random.default_rng(0)
     colour = rng.integers(0, 65536, (80, 90, 3)).astype(np.uint16)
