@@ -14,6 +14,8 @@ from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
 GROWTH_SPREAD = 0.5
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
+# A line that alone tells so much of something has no residuals to tell its own error by.
+MOST_LEVERAGE = 0.9
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,8 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     """The covariance (k, k) of the free parameters; residuals of one line may be correlated at will.
 
     The sandwich estimator of a robust fit, clustered by lines, each line's influence enlarged by its own
-    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002). What is not known of the growth counts.
+    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002); one that tells something alone errs
+    as the worst of the others. What is not known of the growth counts.
     """
     count = int(labels.max()) + 1
     # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
@@ -180,7 +183,18 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     free = len(fit.free)
     belief = np.diag(np.where(np.arange(k) < free, 0.0, fit.belief / unit**2))
     inverse = np.linalg.pinv(information.sum(axis=0) + belief)
-    left_out = np.eye(k) - information @ inverse
-    enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[..., None])[..., 0]
-    whole = inverse @ (enlarged.T @ enlarged) @ inverse / np.outer(unit, unit)
+    leverage = information @ inverse
+    told = np.linalg.eigvals(leverage).real.max(axis=1) < MOST_LEVERAGE
+    if not told.any():
+        told[:] = True
+    left_out = np.eye(k) - leverage[told]
+    enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[told][..., None])[..., 0]
+    meat = enlarged.T @ enlarged
+    if not told.all():
+        # What errs beyond all check is taken to err as the worst of the others: in px^2, a line's error
+        # beside that of as many points which err by 1 px, each for itself.
+        errors = np.einsum("li,ij,lj->l", enlarged, inverse, enlarged)
+        worst = (errors / np.trace(leverage[told], axis1=1, axis2=2)).max()
+        meat += worst * information[~told].sum(axis=0)
+    whole = inverse @ meat @ inverse / np.outer(unit, unit)
     return np.asarray(whole[:free, :free])

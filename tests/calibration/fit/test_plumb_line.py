@@ -55,6 +55,24 @@ def test_the_stated_uncertainty_covers_correlated_errors() -> None:
     assert np.all((spread > 0.6) & (spread < 1.5)), spread
 
 
+def test_what_one_line_alone_tells_is_stated_as_far_as_others_err() -> None:
+    """Parallel lines leave the centre open along themselves; a single one that runs across tells it."""
+    model = DivisionModel(TRUTH[0], tuple(TRUTH[1:]), (640, 480))
+    t = np.linspace(-330, 330, 220)
+    along = [TRUTH[1:] + np.stack([t, np.full(220, y)], axis=1) for y in np.linspace(-200, 200, 12)]
+    across = TRUTH[1:] + np.stack([np.full(220, 180.0), t * 0.6], axis=1)
+    exact = model.distort(np.concatenate([*along, across]))
+    labels = np.repeat(np.arange(13), 220)
+    z = []
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        points = exact + rng.normal(0, 0.05, exact.shape)
+        fit = fit_model(points, labels, START, 300, PRIOR, softness=0.15)
+        z.append((fit.params - TRUTH) / np.sqrt(np.diag(covariance(fit, labels))))
+    spread = np.sqrt(np.mean(np.square(z), axis=0))
+    assert np.all((spread > 0.2) & (spread < 1.3)), spread
+
+
 def test_a_given_centre_is_kept() -> None:
     points, labels, _ = line_points(TRUTH)
     prior = Prior(tuple(TRUTH[1:]), (0.0, 0.0))
