@@ -171,14 +171,11 @@ def test_pictures_of_two_zoom_settings_are_doubted() -> None:
 
 
 @pytest.mark.parametrize("seed", range(900, 908))
-def test_random_boards_are_right_or_doubted(seed: int) -> None:
+def test_random_boards_are_found_and_right(seed: int) -> None:
     scene = random_board(seed)
-    try:
-        result = calibrate(render_board(scene))
-    except EndocalError:
-        return
-    error = abs(result.model.lam / scene.model.lam - 1)
-    assert error < 0.02 or result.quality.verdict != "good"
+    result = calibrate(render_board(scene))
+    assert result.model.lam == pytest.approx(scene.model.lam, rel=0.02)
+    assert result.quality.verdict == "good"
 
 
 def blank() -> np.ndarray:
@@ -212,8 +209,8 @@ def one_bar() -> np.ndarray:
 
 @pytest.mark.parametrize(
     "picture",
-    [blank(), noise(), circle(), one_bar()],
-    ids=["blank", "noise", "circle", "one bar"],
+    [blank(), noise(), circle(), one_bar(), text()],
+    ids=["blank", "noise", "circle", "one bar", "text"],
 )
 def test_pictures_without_lines_are_refused(picture: np.ndarray) -> None:
     try:
@@ -221,15 +218,6 @@ def test_pictures_without_lines_are_refused(picture: np.ndarray) -> None:
     except EndocalError:
         return
     assert result.quality.verdict == "failed"
-
-
-def test_a_page_of_text_is_not_good() -> None:
-    try:
-        result = calibrate(text())
-    except EndocalError:
-        return
-    # Its lines are straight: a lens without distortion, told as such, is right.
-    assert result.quality.verdict != "good" or abs(result.model.lam) * 450**2 < 0.01
 
 
 def test_options_that_make_no_sense() -> None:
