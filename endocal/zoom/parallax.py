@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .likeness import Likeness
 
 Points = NDArray[np.float64]
 
@@ -27,8 +28,6 @@ _MEDIAN_LENGTH = 1.1774
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
 _SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
 _ALONG_AXIS = [_ZOOM, _APPROACH]
-# Patches along the picture's width and height whose places are neighbours of one another.
-_PATCHES = (4, 3)
 # No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
 _STRAIGHTEST = 0.1
 
@@ -44,7 +43,8 @@ class MotionSpec:
     angles map to radii evenly it is 1/3, and real ones lie around. What no quadratic scene explains is
     shared by neighbouring places, so that all of them together count as ``patches`` in this respect. That
     counts in full where the residuals of neighbours correlate by ``alike``, and less where each is on its
-    own, as it is where noise or a soft picture makes it: it is averaged over ``remembered`` steps or so.
+    own, as it is where noise or a soft picture makes it: it is averaged over ``remembered`` steps or so. So
+    it is with what neighbours have in common from one step to the next.
     """
 
     zoom: float = 0.02
@@ -66,7 +66,8 @@ class ScaleStep(NamedTuple):
     ``approach`` is by how much the camera came nearer meanwhile, and ``aside`` (2,) by how much it went
     aside, in distances to the scene. Before anything is expected of zoom and approach, the picture says of
     them (``information``, (2, 2)) @ (zoom, approach) = ``target`` (2,), with the inverse of ``information``
-    as their covariance.
+    as their covariance. ``lasting`` is which part of their errors is the same in the steps that follow, from
+    0 to 1.
     """
 
     logarithm: float
@@ -75,6 +76,7 @@ class ScaleStep(NamedTuple):
     information: Points
     target: Points
     aside: Points
+    lasting: float = 1.0
 
 
 class SceneShape:
@@ -84,8 +86,7 @@ class SceneShape:
         self._spec = spec
         self._shape = np.zeros(5)
         self._covariance = np.eye(5) * spec.shape**2
-        # How alike the residuals of neighbours were of late, and over how many steps that was taken.
-        self._alike, self._steps = 0.0, 0.0
+        self._likeness = Likeness(spec.remembered)
 
     def scale_between(
         self,
@@ -128,7 +129,7 @@ class SceneShape:
             scale = max(scale or _spread(shift), noise)
             # Noise is each place's own; of what is beyond it, neighbours share a rough scene's part.
             crowd = max(float(weight.sum()) / spec.patches, 1.0)
-            shared = 1 + self._shared * (crowd - 1)
+            shared = 1 + self._part(self._likeness.alike) * (crowd - 1)
             variance = noise**2 + (scale**2 - noise**2) * shared
             weighted = design * (weight / variance)[:, None, None]
             normal = np.einsum("nij,nik->jk", weighted, design) + known
@@ -144,27 +145,26 @@ class SceneShape:
             scale = max(_spread(residual), noise)
             weight = np.maximum(1 - (residual**2).sum(axis=1) / (_TUKEY * scale) ** 2, 0) ** 2
         self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
-        self._learn_shared(before, residual, weight)
+        self._likeness.learn(before, residual, weight)
         sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
         found = np.array([logarithm, motion[_APPROACH]])
         both = np.linalg.inv(covariance[np.ix_(_ALONG_AXIS, _ALONG_AXIS)])
         expected = np.diag(known[_ALONG_AXIS, _ALONG_AXIS])
         return ScaleStep(
-            logarithm, sigma, float(found[1]), both - expected, both @ found, motion[_SHIFT]
+            logarithm,
+            sigma,
+            float(found[1]),
+            both - expected,
+            both @ found,
+            motion[_SHIFT],
+            self._part(self._likeness.lasting),
         )
 
-    @property
-    def _shared(self) -> float:
-        """Which part of what the fit leaves is shared by neighbours; all of it until a step has told."""
-        if not self._steps:
+    def _part(self, correlation: float | None) -> float:
+        """Return which part of what the fit leaves a ``correlation`` tells of; all until steps have told."""
+        if correlation is None:
             return 1.0
-        return min(max(self._alike / self._steps / self._spec.alike, 0.0), 1.0)
-
-    def _learn_shared(self, places: Points, residual: Points, weight: NDArray[np.float64]) -> None:
-        fits = weight > 0
-        kept = 1 - 1 / self._spec.remembered
-        self._alike = kept * self._alike + _likeness(places[fits], residual[fits])
-        self._steps = kept * self._steps + 1
+        return min(max(correlation / self._spec.alike, 0.0), 1.0)
 
     def _known(self, rests: bool, hand: float) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""
@@ -212,23 +212,3 @@ def _undistorted(
     slope = 2 * (strength + 2 * q * strength2)
     outer = n[:, :, None] * n[:, None, :] * (slope / denominator**2)[:, None, None]
     return n / denominator[:, None], np.eye(2) / denominator[:, None, None] - outer
-
-
-def _likeness(places: Points, residual: Points) -> float:
-    """Return the correlation of the residuals (n, 2) of places (n, 2) that lie in the same patch.
-
-    It is 0 on average where each place's error is its own, and about as often below.
-    """
-    if len(places) < 2:
-        return 0.0
-    lowest, size = places.min(axis=0), np.maximum(np.ptp(places, axis=0), 1e-9)
-    columns, rows = _PATCHES
-    column, row = np.minimum((places - lowest) / size * _PATCHES, (columns - 1, rows - 1)).T
-    patch = row.astype(np.intp) * columns + column.astype(np.intp)
-    count = np.bincount(patch)
-    sums = [np.bincount(patch, along) for along in residual.T]
-    squares = float((residual**2).sum())
-    pairs = float((count * (count - 1)).sum())
-    if not (pairs and squares):
-        return 0.0
-    return (float(np.square(sums).sum()) - squares) / pairs / (squares / len(places))

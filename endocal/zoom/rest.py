@@ -10,12 +10,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .evidence import explain, mixed
+from .hand import Hand, HandSpec
 from .parallax import ScaleStep
 
 # Per s; it only keeps finite what the picture does not tell.
@@ -26,39 +28,37 @@ _ANY_SPEED = 1.0
 class RestSpec:
     """What is expected of zooms and hands; it is weighed over ``window`` s.
 
-    A moving zoom changes by ``zoom``, relative per s (one standard deviation, as all of these). A hand comes
-    nearer by ``aside`` of how quickly it went aside within the last ``roaming`` s, and by ``least``. With the
-    probability ``freely`` it does so by ``hand`` besides, in a ``hurry`` (another) by ``hurried``. Till it
-    was seen for ``settle`` s it is taken to go aside as quickly as ``hand`` says. A resting zoom moves with
-    the probability ``starts``, one that moved with ``goes_on``. One whose speed was told keeps it, within
-    ``steady`` of it (one standard deviation), with the probability ``keeps``, of which 1/e is left after
-    ``told`` s.
-    Some zoom passes for approach, or the reverse, by ``mistake`` per s (one standard deviation) since the
-    scene is never quite known; what seemed a zoom at rest is such a mistake, remembered, and forgotten,
-    within ``memory`` s. In the long run ``confused`` of what the two made of the picture together (one
-    standard deviation) may be the other's. Once a zoom is noticed, what it did in the last ``history`` s is
-    made up for.
+    A moving zoom changes by ``zoom``, relative per s (one standard deviation, as all of these); where errors
+    do not last, so that it can be told, with the probability ``slowly`` by ``slow``. A resting zoom moves
+    with the probability ``starts``, one that moved with ``goes_on``. One whose speed was told keeps it,
+    within ``steady`` of it, with the probability ``keeps``, of which 1/e is left after ``told`` s.
+
+    Of a step's errors the part ``lasts`` at least is that of the next ones too. Some zoom passes for
+    approach, or the reverse, by ``surely`` per s, and, as far as errors last, by ``mistake`` since the scene
+    is never quite known; what seemed a zoom at rest is such a mistake, remembered, and forgotten, within
+    ``memory`` s. In the long run ``confused`` of what the two made of the picture together may be the
+    other's. Once a zoom is noticed, what it did in the last ``history`` s is made up for, and in the last
+    ``ramp`` s as far back as it seemed to go that way, by more than ``likely`` standard deviations.
     """
 
     window: float = 0.32
     history: float = 0.48
+    ramp: float = 3.5
+    likely: float = 0.7
     zoom: float = 0.3
-    hand: float = 0.07
-    hurried: float = 0.3
-    hurry: float = 0.03
-    least: float = 0.01
-    freely: float = 0.2
-    settle: float = 0.3
-    aside: float = 1.0
-    roaming: float = 2.0
+    slow: float = 0.06
+    slowly: float = 0.5
     starts: float = 0.05
     goes_on: float = 0.6
     steady: float = 0.5
     keeps: float = 0.8
     told: float = 0.4
+    lasts: float = 0.1
+    surely: float = 0.002
     mistake: float = 0.02
     memory: float = 0.5
     confused: float = 0.7
+    hand: HandSpec = field(default_factory=HandSpec)
 
 
 class ZoomShare(NamedTuple):
@@ -77,14 +77,17 @@ class ZoomShare(NamedTuple):
 class _Step:
     """One step: what the picture says, over how many seconds, and whether it has ``counted`` as zoom.
 
-    ``seeming`` is the speed of zoom, per s, that it seemed at rest; 0 once it has counted.
+    ``seeming`` is the speed of zoom, per s, that it seemed at rest, known to ``deviation``; 0 once it has
+    counted. ``lasting`` is the part of its errors that is that of the next steps, too.
     """
 
-    def __init__(self, step: ScaleStep, seconds: float) -> None:
+    def __init__(self, step: ScaleStep, seconds: float, lasts: float) -> None:
         self.seconds = seconds
         self.seeming = 0.0
+        self.deviation = 0.0
         self.counted = False
         self.aside = step.aside
+        self.lasting = max(step.lasting, lasts)
         self.information = step.information * seconds**2
         self._target = step.target * seconds
 
@@ -97,6 +100,18 @@ class _Step:
         """Return the logarithm of the zoom, given how fast the camera comes nearer."""
         known = self.information[0, 0] + _ANY_SPEED**-2
         return float((self._target[0] - self.information[0, 1] * hand) / known) * self.seconds
+
+
+class _Late(NamedTuple):
+    """What the last steps say together of zoom and approach, per s, as ``ScaleStep`` has it.
+
+    It is as good as ``steps`` of them with errors of their own; ``lasting`` is which part is shared by all.
+    """
+
+    information: NDArray[np.float64]
+    target: NDArray[np.float64]
+    steps: float
+    lasting: float
 
 
 class _Weighed(NamedTuple):
@@ -115,12 +130,13 @@ class ZoomRest:
     def __init__(self, spec: RestSpec = RestSpec()) -> None:
         self._spec = spec
         self._steps: deque[_Step] = deque()
+        # Those that went before, the latest last.
+        self._before: deque[_Step] = deque()
         self._moves = False
         self._mistaken = 0.0
         # The speed of zoom that was told, per s, and the probability that it is still the same.
         self._told, self._keeps = 0.0, 0.0
-        # The square of the speed aside, in one direction, (distances per s)^2, summed over the s of late.
-        self._roamed, self._watched = 0.0, 0.0
+        self._hand = Hand(spec.hand)
 
     @property
     def rests(self) -> bool:
@@ -130,11 +146,12 @@ class ZoomRest:
     @property
     def hand(self) -> float:
         """How quickly the camera is expected to come nearer, in distances per s: one standard deviation."""
-        return self._nearer(self._spec.least)
+        return self._hand.speed
 
     def forget(self, speed: float | None = None) -> None:
         """Begin anew, at rest or with a zoom that moves already at a ``speed``, per s."""
         self._steps.clear()
+        self._before.clear()
         self._moves = speed is not None
         self._mistaken = 0.0
         self._told, self._keeps = (0.0, 0.0) if not speed else (speed, self._spec.keeps)
@@ -142,12 +159,14 @@ class ZoomRest:
     def take(self, step: ScaleStep, seconds: float) -> ZoomShare:
         """Return what of a step that took ``seconds`` s was zoom."""
         spec, steps = self._spec, self._steps
-        steps.append(_Step(step, seconds))
+        steps.append(_Step(step, seconds, spec.lasts))
         while len(steps) > 1 and sum(s.seconds for s in steps) > spec.history:
             self._remember(steps.popleft())
         late = self._late()
-        self._learn_roaming(late, seconds)
-        weighed = self._weigh(late)
+        together = self._together(late)
+        aside = np.sum([s.aside for s in late], axis=0) / sum(s.seconds for s in late)
+        self._hand.learn(aside, seconds)
+        weighed = self._weigh(together)
         most = max(w.evidence for w in weighed)
         weights = np.exp([w.evidence - most for w in weighed])
         weights /= weights.sum()
@@ -157,16 +176,18 @@ class ZoomRest:
         self._keeps *= math.exp(-seconds / spec.told) if self._moves else 0.0
         best = max((w for w in weighed if w.moves == self._moves), key=lambda w: w.evidence)
         told = max((w for w in weighed if w.moves), key=lambda w: w.evidence)
-        off = [(w.zoom - best.zoom) ** 2 + w.variance for w in weighed]
+        # How well many steps tell decides what it was; by how much, all may be wrong as each of them.
+        off = [(w.zoom - best.zoom) ** 2 + together.steps * w.variance for w in weighed]
         doubt = math.sqrt(float(weights @ off))
         if not self._moves:
-            steps[-1].seeming = told.zoom
-            confused = spec.confused * abs(told.zoom + told.hand)
+            confused = spec.confused * together.lasting * abs(told.zoom + told.hand)
             deviation = math.hypot(math.sqrt(told.variance), confused)
+            steps[-1].seeming, steps[-1].deviation = told.zoom, deviation
             return ZoomShare(0.0, doubt, told.zoom * seconds, deviation)
         # What came before it was noticed is made up for.
         zoom, seemed = self._count(best.hand)
-        return ZoomShare(zoom, doubt, -seemed, 0.0)
+        ramp = self._ramp(best.zoom)
+        return ZoomShare(zoom + ramp, doubt, -seemed - ramp, 0.0)
 
     def _count(self, hand: float) -> tuple[float, float]:
         """Return the zoom of the steps that have not counted yet, and what of it had seemed one till now.
@@ -177,14 +198,36 @@ class ZoomRest:
         zoom = seemed = 0.0
         for step in self._steps:
             if not step.counted:
-                zoom += step.zoom(hand) - step.seconds * self._mistaken
+                # Errors that do not last are none of the next steps'.
+                mistaken = step.lasting * self._mistaken
+                zoom += step.zoom(hand) - step.seconds * mistaken
                 seemed += step.seeming * step.seconds
                 step.counted, step.seeming = True, 0.0
         return zoom, seemed
 
+    def _ramp(self, speed: float) -> float:
+        """Return the logarithm of what seemed a zoom before the history, and was that of this ``speed``.
+
+        A zoom that sets in or turns gently is slow at first.
+        """
+        zoom = 0.0
+        while self._before:
+            step = self._before.pop()
+            seemed = math.copysign(step.seeming, step.seeming * speed)
+            if step.counted or seemed <= self._spec.likely * step.deviation:
+                break
+            # As far as errors last, this one may have lasted as well.
+            zoom += (1 - step.lasting) * step.seeming * step.seconds
+        self._before.clear()
+        return zoom
+
     def _remember(self, step: _Step) -> None:
         """Take in what seemed a zoom and was none."""
-        kept = math.exp(-step.seconds / self._spec.memory)
+        spec, before = self._spec, self._before
+        before.append(step)
+        while sum(s.seconds for s in before) > spec.ramp - spec.history:
+            before.popleft()
+        kept = math.exp(-step.seconds / spec.memory)
         self._mistaken = kept * self._mistaken + (1 - kept) * step.seeming
 
     def _late(self) -> list[_Step]:
@@ -198,48 +241,38 @@ class ZoomRest:
             late.append(step)
         return late
 
-    def _learn_roaming(self, late: Sequence[_Step], seconds: float) -> None:
-        """Take in how quickly the camera went aside of late; the mean over several steps is steadier."""
-        speed = sum(s.aside for s in late) / sum(s.seconds for s in late)
+    def _together(self, late: Sequence[_Step]) -> _Late:
+        """Take steps together."""
         spec = self._spec
-        kept = math.exp(-seconds / spec.roaming)
-        watched = (1 - kept) * spec.roaming
-        self._roamed = kept * self._roamed + watched * float(np.mean(np.square(speed)))
-        self._watched = kept * self._watched + watched
-
-    def _nearer(self, speed: float) -> float:
-        """Return how quickly a hand comes nearer, per s, that does so at ``speed`` even where it stays."""
-        spec = self._spec
-        before = spec.settle * (spec.hand / spec.aside) ** 2
-        roaming = (self._roamed + before) / (self._watched + spec.settle)
-        return math.hypot(speed, spec.aside * math.sqrt(roaming))
-
-    def _weigh(self, late: Sequence[_Step]) -> list[_Weighed]:
-        """Weigh a resting and a moving zoom, each with a hand that sways, moves freely or hurries."""
-        spec = self._spec
+        lasting = float(np.mean([s.lasting for s in late]))
         # The scene's shape and what does not fit it hardly change from one frame to the next, so that many
-        # frames tell no more than one; their mean is steadier.
-        information = _mixed(np.mean([s.information for s in late], axis=0), spec.mistake)
+        # frames tell no more than one, and their mean is steadier; noise is another in each.
+        steps = len(late) / (1 + (len(late) - 1) * lasting)
+        each = np.mean([s.information for s in late], axis=0)
+        information = mixed(steps * each, math.hypot(spec.surely, spec.mistake * lasting))
         target = information @ np.mean([s.speeds() for s in late], axis=0)
+        return _Late(information, target, steps, lasting)
+
+    def _weigh(self, late: _Late) -> list[_Weighed]:
+        """Weigh a resting and a moving zoom, each with a hand that sways, moves freely or hurries."""
+        spec, information, target = self._spec, late.information, late.target
         moves = (1 - self._keeps) * (spec.goes_on if self._moves else spec.starts)
         rests = 1 - self._keeps - moves
-        zooms = [(0.0, spec.zoom, moves)]
-        if self._keeps > 0:
-            zooms.append((self._told, spec.steady * abs(self._told), self._keeps))
-        hands = (
-            (spec.least, 1 - spec.hurry - spec.freely),
-            (spec.hand, spec.freely),
-            (spec.hurried, spec.hurry),
-        )
+        slowly = spec.slowly * (1 - late.lasting)
+        zooms = [
+            (0.0, spec.zoom, moves * (1 - slowly)),
+            (0.0, spec.slow, moves * slowly),
+            (self._told, spec.steady * abs(self._told), self._keeps),
+        ]
+        zooms = [zoom for zoom in zooms if zoom[2] > 0]
         out = []
-        for speed, usual in hands:
-            hand = self._nearer(speed)
-            _, rest = _explain(information[1:, 1:], target[1:], np.array([hand]))
+        for hand, usual in self._hand.ways:
+            _, rest = explain(information[1:, 1:], target[1:], np.array([hand]))
             out.append(_Weighed(False, rest + math.log(usual * rests), 0.0, 0.0, 0.0))
             for mean, deviation, prior in zooms:
                 usually, expected = np.array([mean, 0.0]), np.array([deviation, hand])
                 surplus = target - information @ usually
-                (found, covariance), zoom = _explain(information, surplus, expected)
+                (found, covariance), zoom = explain(information, surplus, expected)
                 zoom += float(usually @ (target + surplus)) / 2
                 out.append(
                     _Weighed(
@@ -251,20 +284,3 @@ class ZoomRest:
                     )
                 )
         return out
-
-
-def _explain(
-    information: NDArray[np.float64], target: NDArray[np.float64], expected: NDArray[np.float64]
-) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], float]:
-    """Return the posterior mean and covariance before ``expected`` deviations, and the log evidence."""
-    covariance = np.asarray(np.linalg.inv(information + np.diag(expected**-2.0)), np.float64)
-    found = covariance @ target
-    shrunk = float(np.linalg.slogdet(covariance)[1]) - 2 * float(np.log(expected).sum())
-    return (found, covariance), (shrunk + float(target @ found)) / 2
-
-
-def _mixed(information: NDArray[np.float64], mistake: float) -> NDArray[np.float64]:
-    """Add to what is known that zoom may pass for approach, and the reverse, by a ``mistake`` per s."""
-    along = information @ np.array([1.0, -1.0])
-    loss = np.outer(along, along) / (mistake**-2.0 + along[0] - along[1])
-    return np.asarray(information - loss)

@@ -132,3 +132,19 @@ def test_errors_that_neighbours_share_leave_more_open_than_errors_of_their_own()
             step = scene.scale_between(before - MIDDLE, after - MIDDLE, model(), DIAMETER)
         sigmas.append(step.sigma)
     assert sigmas[1] > 1.2 * sigmas[0]
+
+
+def test_errors_that_last_are_told_from_noise() -> None:
+    lasting = []
+    for lasts in (False, True):
+        rng, scene = np.random.default_rng(4), SceneShape()
+        before = places(0)
+        patch = (before // (SIZE[0] / 4, SIZE[1] / 3)).astype(int) @ (1, 4)
+        each = rng.normal(0, 0.5, (100, 2))
+        for _ in range(20):
+            noise = rng.normal(0, 0.5, (150, 2)) + (each[patch] if lasts else 0.0)
+            after = moved(before, 0.01, camera((0.003, 0.0), 0.0, 0.0, 0.0)) + noise
+            step = scene.scale_between(before - MIDDLE, after - MIDDLE, model(), DIAMETER)
+        lasting.append(step.lasting)
+    assert lasting[0] < 0.3
+    assert lasting[1] == 1.0

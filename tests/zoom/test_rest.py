@@ -22,10 +22,12 @@ def shares(
     seconds: float = FRAME,
     aside: float = 0.0,
     told: float | None = None,
+    lasting: float = 1.0,
 ) -> list[ZoomShare]:
     """What becomes of the steps of a picture that tells the two apart by ``apart`` per s.
 
     The camera goes aside by ``aside`` distances per s, both ways. The zoom moves at ``told`` per s before.
+    The part ``lasting`` of errors is that of the next step too.
     """
     sum_, difference = np.array([1.0, 1.0]) / 2, np.array([1.0, -1.0]) / 2
     information = np.outer(sum_, sum_) / TOGETHER**2 + np.outer(difference, difference) / apart**2
@@ -35,7 +37,7 @@ def shares(
     for z, a in np.broadcast(zoom, approach):
         target = information @ np.array([z, a])
         went = np.full(2, aside * seconds)
-        step = ScaleStep(float(z), 1e-4, float(a), information, target, went)
+        step = ScaleStep(float(z), 1e-4, float(a), information, target, went, lasting)
         out.append(rest.take(step, seconds))
     return out
 
@@ -228,3 +230,47 @@ def test_a_camera_that_comes_nearer_quickly_makes_what_seems_a_slow_zoom_doubtfu
     nearer = shares(np.zeros(25), approach=0.15 * FRAME)[-1]
     assert nearer.logarithm == 0
     assert nearer.seeming_doubt > 0.1 > 0.03 > quiet.seeming_doubt
+
+
+def eased(most: float) -> np.ndarray:
+    """The steps of a zoom that goes out by the logarithm ``most`` in 10 s and back, by a cosine."""
+    t = np.linspace(0, 1, 501)
+    return np.diff(most * (1 - np.cos(2 * np.pi * t)) / 2)
+
+
+def test_a_slow_zoom_is_noticed_where_the_errors_of_steps_do_not_last() -> None:
+    steps = np.full(75, 0.04 * FRAME)
+    assert not total(steps, apart=0.02).any()
+    found = total(steps, apart=0.02, lasting=0.0)
+    assert found[12] > 0
+    assert found[-1] == pytest.approx(steps.sum(), rel=0.1)
+
+
+@pytest.mark.parametrize("apart", [0.005, 0.02])
+def test_a_zoom_that_eases_to_its_turn_is_followed_where_errors_do_not_last(apart: float) -> None:
+    steps = eased(np.log(2.5))
+    followed = total(steps, apart=apart, lasting=0.0, told=None)
+    off = np.abs(followed - np.cumsum(steps))
+    # 2 % of the diameter where it hardly moves, as it begins and turns; little of that is left.
+    assert off.max() < 0.02
+    assert off[-25:].max() < 0.012
+    # Where they last it is missed for longer, and what is missed stays away.
+    assert np.abs(total(steps, apart=apart) - np.cumsum(steps)).max() > 2 * off.max()
+
+
+def test_a_gentle_start_counts_from_where_it_seemed_one() -> None:
+    # Speeding up to 12 % per s within 4 s, before a hand that goes aside at 2 % per s.
+    steps = np.linspace(0, 0.12, 100) * FRAME
+    found = total(steps, apart=0.05, lasting=0.1, aside=0.02)
+    first = np.flatnonzero(found)[0]
+    # More than the history holds comes in at once.
+    history = steps[first - 12 : first + 1].sum()
+    assert found[first] > 1.5 * history
+    assert found[first] <= steps[: first + 1].sum()
+
+
+def test_how_sure_many_steps_are_is_not_how_far_they_are_off() -> None:
+    # Noise of each step's own tells that there is a zoom; all of them may yet be off as one is.
+    steps = np.full(30, 0.15 * FRAME)
+    own, common = (shares(steps, apart=0.05, lasting=part)[-1] for part in (0.0, 1.0))
+    assert own.doubt > 0.8 * common.doubt
