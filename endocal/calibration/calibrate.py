@@ -18,9 +18,9 @@ from .fit.measured import (
     departure_from_model,
     fit_again,
     misfit_of_views,
-    straightened,
 )
 from .fit.refine import best_start, reach_of, refine
+from .fit.straightening import straightened
 from .methods.registry import method_named
 from .objective import task_of
 from .quality import ALIKE, OTHER_LENS, OUTLYING_PICTURE, Evidence, judge
@@ -28,7 +28,7 @@ from .result import Calibration, Quality, Source, Uncertainty
 from .scene import Image, Scene, look_at
 from .search import Found
 from .spec import CalibrationSpec
-from .straightness import Floats, residuals
+from .straightness import Floats, residuals, root_mean_square
 
 # A model is used up to this share of the radius at which it folds.
 SHORT_OF_FOLD = 0.98
@@ -147,7 +147,7 @@ def _worst_picture(
 def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
     views = [i for i, view in enumerate(scene.views) if view.picture == picture]
     own = refined.fit.residuals[np.isin(refined.view, views)]
-    return _rms(own[np.abs(own) < OUTLYING * max(refined.fit.sigma, 0.02)])
+    return root_mean_square(own[np.abs(own) < OUTLYING * max(refined.fit.sigma, 0.02)])
 
 
 def _search(scene: Scene, spec: CalibrationSpec) -> Found:
@@ -176,31 +176,33 @@ def _refine(scene: Scene, spec: CalibrationSpec, found: Found) -> tuple[Refined,
     prior, views = scene.prior, scene.views
     reach = reach_of(views, prior.center)
     start = best_start(views, found.params, reach, prior)
-    refined = None if start is None else refine(views, start, reach, prior)
-    if start is None or refined is None:
+    looks = [] if start is None else refine(views, start, reach, prior)
+    if start is None or not looks:
         raise CalibrationError(
             "no straight lines found: a sharp picture of a chessboard or of straight lines that fills"
             " the view is needed"
         )
+    refined = looks[0]
     if spec.model == "division":
         if not departs(refined):
             return refined, 0.0
         # A model that follows the lens more closely finds its lines whole.
         two = refine(views, start, reach, prior, True, SEEN * _farthest(refined))
-        if two is not None and len(two.measured.points) > len(refined.measured.points):
-            refined = fit_again(two, refined.fit.params, reach, prior, 0.0)
-        return straightened(refined, reach, prior, 0.0), 0.0
+        if two and len(two[0].measured.points) > len(refined.measured.points):
+            looks = [fit_again(two[0], refined.fit.params, reach, prior, 0.0), *two[1:]]
+        return straightened(looks, reach, prior, 0.0), 0.0
     # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
     # sphere has content that no flat picture holds: then as far as the lines reach.
     radii = (scene.content_radius(start[1:3]), SEEN * _farthest(refined))
     whole, seen = (refine(views, start, reach, prior, True, radius) for radius in radii)
-    if seen is None or (
-        whole is not None and whole.fit.sigma <= ALMOST_AS_STRAIGHT * seen.fit.sigma
-    ):
-        chosen, radius = whole or refined, radii[0]
+    if not seen or (whole and whole[0].fit.sigma <= ALMOST_AS_STRAIGHT * seen[0].fit.sigma):
+        chosen, radius = whole or looks, radii[0]
     else:
         chosen, radius = seen, radii[1]
-    return straightened(chosen, reach, prior, radius) if departs(chosen) else chosen, radius
+    if not departs(chosen[0]):
+        return chosen[0], radius
+    single = None if chosen is looks else refined.fit.params
+    return straightened(chosen, reach, prior, radius, single), radius
 
 
 def _farthest(refined: Refined) -> float:
@@ -249,8 +251,8 @@ def _evidence(
     return Evidence(
         lines=int(m.labels.max()) + 1,
         points=len(m.points),
-        rms_before=_rms(before[inlying]),
-        rms=_rms(fit.residuals[inlying]),
+        rms_before=root_mean_square(before[inlying]),
+        rms=root_mean_square(fit.residuals[inlying]),
         entropy=entropy,
         lam=float(mix @ fit.params),
         lam_sigma=float(np.sqrt(max(float(mix @ covariances @ mix), 0.0))),
@@ -283,10 +285,6 @@ def _astray(scene: Scene, params: Floats) -> float:
         return 0.0
     away = (params[1:3] - scene.prior.center) / np.array(scene.prior.spread)
     return float(np.abs(away).max())
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _model(scene: Scene, spec: CalibrationSpec, params: Floats) -> DivisionModel:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..model import DivisionModel
-from .straightness import Floats, Labels, fit_lines, residuals
+from .straightness import Floats, Labels, fit_lines, residuals, root_mean_square
 
 
 @dataclass(frozen=True)
@@ -67,10 +67,12 @@ def evaluate(lines: LinePoints, model: DivisionModel) -> Evaluation:
         points=len(square),
         rmse_before=_rmse(square, lines),
         rmse=math.inf if folded else _rmse(undistorted, lines),
-        straightness_before=_rms(residuals(square, lines.labels, none, sides=lines.sides)),
+        straightness_before=root_mean_square(
+            residuals(square, lines.labels, none, sides=lines.sides)
+        ),
         straightness=math.inf
         if folded
-        else _rms(residuals(square, lines.labels, params, sides=lines.sides)),
+        else root_mean_square(residuals(square, lines.labels, params, sides=lines.sides)),
     )
 
 
@@ -78,8 +80,4 @@ def _rmse(points: Floats, lines: LinePoints) -> float:
     """The article's RMSE of points (n, 2), px: distances to their lines by total least squares."""
     found = fit_lines(points, lines.labels, lines.count, np.ones(len(points)))
     normals = found.normals[lines.labels]
-    return _rms(np.einsum("ij,ij->i", normals, points) - found.offsets[lines.labels])
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return root_mean_square(np.einsum("ij,ij->i", normals, points) - found.offsets[lines.labels])

@@ -66,6 +66,11 @@ class Lines:
     offsets: Floats
 
 
+def root_mean_square(values: Floats) -> float:
+    """Return the root mean square of ``values``, 0 of none."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
 def fit_lines(u: Floats, labels: Labels, count: int, weights: Floats) -> Lines:
     """Fit each line by weighted total least squares to its undistorted points (m, 2)."""
     return _fit_lines(u, labels, weights, _Totals(labels, count))

@@ -68,6 +68,13 @@ def test_calibration_comes_near_the_floor(seed: int) -> None:
     json.dumps([one.data(), two.data()], allow_nan=False)
 
 
+def test_calibration_comes_near_the_floor_at_the_pole() -> None:
+    """One board at the rim sends its farthest corner as far out as the floor lets it."""
+    for outcome in run_board(8):
+        assert outcome.degenerate
+        assert outcome.s < 1.2 * outcome.floor
+
+
 def test_what_is_near_and_what_is_summed_up() -> None:
     far = replace(OUTCOME, seed=4, s=0.5)
     lost = replace(OUTCOME, seed=5, s=math.inf, far_out=50.0)

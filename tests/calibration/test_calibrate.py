@@ -257,6 +257,20 @@ def test_the_endoscope(real_data, name: str) -> None:
     assert corner_straightness(model, truth) < 0.45
 
 
+@pytest.mark.parametrize("turns", [0, 1], ids=["as it is", "turned left"])
+def test_a_circular_fisheye_with_the_board_at_its_rim(real_data, turns: int) -> None:
+    """Each look at this picture misses corners near the pole of the model, which decide; others show them."""
+    folder = real_data / "boards"
+    picture = cv2.imread(str(folder / "fisheye1" / "Fisheye1_7.jpg"))
+    entry = json.loads((folder / "corners.json").read_text())["fisheye1/Fisheye1_7.jpg"]
+    x, y = np.array(entry["corners"]).T
+    turned = {**entry, "corners": np.stack([y, picture.shape[1] - 1 - x], axis=1)}
+    result = calibrate(np.rot90(picture, turns).copy())
+    score = corner_straightness(result.model, turned if turns else entry)
+    assert score < 1.2 * entry["floor_division"]
+    assert result.quality.verdict == "doubtful"
+
+
 def corner_straightness(model, entry) -> float:
     """The straightness of rows and columns of corners, px, as the folder's README defines it."""
     a, b = entry["grid"]

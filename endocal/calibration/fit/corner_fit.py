@@ -14,18 +14,14 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ..board.lifted import Corners
-from ..straightness import Floats, Labels
-from .plumb_line import Fit, Prior, robust_sigma, second_range
+from ..straightness import LEAST_DENOMINATOR, Floats, Labels, root_mean_square
+from .plumb_line import Fit, Prior, robust_sigma
 
 # A row or column counts from so many corners on, and boards with at least so many rows and columns in all.
 FEWEST_CORNERS = 3
 FEWEST_LINES = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
-# The model's denominator at a corner is no smaller: no corner is sent farther out than 20 times as far as it
-# is seen, which an equidistant lens does 88 degrees off its axis. Nearer to the pole one corner can be sent
-# so far out that all other distances shrink to nothing beside it.
-LEAST_DENOMINATOR = 0.05
 # The solver is run again where it made the residual less than this share of what it was, at most so often.
 SETTLED = 0.99
 MOST_ROUNDS = 6
@@ -120,6 +116,9 @@ def fit_corners(
 ) -> tuple[Fit, Labels] | None:
     """Fit (lam, cx, cy[, lam2]) from ``start`` downhill; return the fit and its residuals' lines (m,).
 
+    No corner is sent farther out than 1 / LEAST_DENOMINATOR, 50 times as far as it is seen, which an
+    equidistant lens does 89 degrees off its axis: nearer to the pole of the model one corner can be sent so
+    far out that all other distances shrink to nothing beside it.
     ``boards``: those of all views, in square px. The prior weighs as much as one line's evidence. The
     two-parameter model is kept from folding within ``monotonic`` px, too.
     None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
@@ -127,52 +126,58 @@ def fit_corners(
     rows = _Rows.of(boards)
     if rows.lines.min() < FEWEST_LINES or rows.astray(start) > MOST_ASTRAY:
         return None
-    params, rms = start, _rms(rows.off(start))
+    params, rms = start, root_mean_square(rows.off(start))
     # Where the farthest corner becomes another one the bound has a kink, and steps end early.
     for _ in range(MOST_ROUNDS):
         params = _downhill(rows, params, prior, monotonic, rms)
-        before, rms = rms, _rms(rows.off(params))
+        before, rms = rms, root_mean_square(rows.off(params))
         if rms > SETTLED * before:
             break
     return _as_fit(rows, params, prior.fixed), rows.line
+
+
+def fit_corners_from_one(
+    boards: Sequence[Corners], start: Floats, prior: Prior, monotonic: float
+) -> tuple[Fit, Labels] | None:
+    """Fit (lam, cx, cy, lam2) from where the one-parameter fit from ``start`` (lam, cx, cy) ends.
+
+    It may end in another valley than ``fit_corners`` does. For what else is given and returned, see there.
+    """
+    one = fit_corners(boards, start, prior, 0.0)
+    if one is None:
+        return None
+    return fit_corners(boards, np.append(one[0].params, 0.0), prior, monotonic)
 
 
 def _downhill(rows: _Rows, start: Floats, prior: Prior, monotonic: float, rms: float) -> Floats:
     """One run of the solver; ``rms`` px: what residuals are expected to be, for the weight of the prior."""
     second = len(start) > 3
 
-    def reach(center: Floats) -> float:
-        """How far, px, the farthest corner lies from this centre."""
-        return float(np.sqrt(np.max(np.sum((rows.corners - center) ** 2, axis=1))))
+    def outermost(center: Floats) -> float:
+        """How far, px, from this centre the model must hold."""
+        farthest = float(np.sqrt(np.max(np.sum((rows.corners - center) ** 2, axis=1))))
+        return max(farthest, monotonic)
 
-    def bound(reach: float) -> float:
-        """The size that lam may reach, px^-2, alone."""
-        return (1 - LEAST_DENOMINATOR) / reach**2
-
-    # lam and lam2 in units of that bound and its square, so that the bound is a number.
-    most = bound(reach(start[1:3]))
-    unit = 0.1 / np.sqrt(most)
+    # What lam and lam2 together bend there, and lam2's part of it, in units of the most, so that the bound is
+    # a number.
+    most = LEAST_DENOMINATOR - 1
+    unit = 0.1 * outermost(start[1:3])
 
     def params(x: Floats) -> Floats:
         center = start[1:3] if prior.fixed else start[1:3] + unit * x[1:3]
-        farthest = reach(center)
-        most = bound(farthest)
-        out = np.array([-x[0] * most, *center])
-        if second:
-            low, high = second_range(out[0], farthest, LEAST_DENOMINATOR)
-            if monotonic > 0:
-                also = second_range(out[0], monotonic)
-                low, high = max(low, also[0]), min(high, also[1])
-            out = np.append(out, np.clip(-x[-1] * most**2, low, high))
-        return out
+        q = outermost(center) ** 2
+        bend = most * x[0]
+        if not second:
+            return np.array([bend / q, *center])
+        part = np.clip(most * x[-1], *_part_range(bend))
+        return np.array([(bend - part) / q, *center, part / q**2])
 
     x = np.zeros(1 + (0 if prior.fixed else 2) + second)
     high = np.full(len(x), np.inf)
-    x[0] = -start[0] / most
+    q = outermost(start[1:3]) ** 2
     if second:
-        x[-1] = -start[3] / most**2
-    else:
-        x[0], high[0] = min(x[0], 1 - 1e-4), 1.0
+        x[-1] = start[3] * q**2 / most
+    x[0], high[0] = min((start[0] * q / most) + (x[-1] if second else 0.0), 1 - 1e-4), 1.0
     pull = rms * np.sqrt(len(rows.line) / rows.lines.sum())
 
     def misfit(x: Floats) -> Floats:
@@ -184,8 +189,16 @@ def _downhill(rows: _Rows, start: Floats, prior: Prior, monotonic: float, rms: f
     return params(least_squares(misfit, x, bounds=(low, high), x_scale="jac", max_nfev=STEPS).x)
 
 
-def _rms(off: Floats) -> float:
-    return float(np.sqrt(np.mean(off**2)))
+def _part_range(bend: float) -> tuple[float, float]:
+    """The range of lam2 q^2, if lam q + lam2 q^2 is ``bend``, in which the map is sound for radii up to q.
+
+    That is, positive and monotonic, with ``LEAST_DENOMINATOR`` to spare, at shares t of q.
+    """
+    t = np.linspace(0.1, 0.99, 64) ** 2
+    positive = (1 - LEAST_DENOMINATOR + bend * t) / (t - t * t)
+    slope, room = 3 * t * t - t, 1 - LEAST_DENOMINATOR - bend * t
+    high = min(positive.min(), (room / slope)[slope > 0].min())
+    return float((room / slope)[slope < 0].max()), float(high)
 
 
 def _as_fit(rows: _Rows, params: Floats, fixed: bool) -> Fit:

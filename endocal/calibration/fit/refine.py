@@ -104,24 +104,26 @@ def refine(
     prior: Prior,
     second: bool = False,
     content: float = 0.0,
-) -> Refined | None:
+) -> list[Refined]:
     """Fit the model from ``start``; with ``second``, lam2 too, monotonic within ``content`` px.
 
     The points are grouped again under each better model, since a poor one breaks long lines into pieces.
-    None where too few lines hold.
+    Returns the best, and after it what else was seen on the way; nothing where too few lines hold.
     """
     best = _refined_once(views, start, reach, prior, second, content)
-    for _ in range(MOST_PASSES - 1):
-        if best is None or _same(best.fit.params, start, reach, STABLE):
-            break
+    if best is None:
+        return []
+    looks = [best]
+    while len(looks) < MOST_PASSES and not _same(best.fit.params, start, reach, STABLE):
         start = best.fit.params
         again = _refined_once(views, start, reach, prior, second, content)
         if again is None:
             break
+        looks.append(again)
         if best.board and len(again.measured.points) < AS_MANY * len(best.measured.points):
             break
         best = again
-    return best
+    return [best, *(look for look in looks if look is not best)]
 
 
 def _refined_once(

@@ -8,8 +8,9 @@ from scipy.optimize import minimize
 
 from endocal.benchmarks.corner_score import straightness
 from endocal.calibration.board.lifted import Corners
-from endocal.calibration.fit.corner_fit import LEAST_DENOMINATOR, fit_corners
+from endocal.calibration.fit.corner_fit import fit_corners, fit_corners_from_one
 from endocal.calibration.fit.plumb_line import Prior, covariance
+from endocal.calibration.straightness import LEAST_DENOMINATOR, root_mean_square
 from endocal.model import DivisionModel
 from endocal.synth.board import BoardScene, true_corners
 from endocal.synth.fisheye import Fisheye
@@ -94,6 +95,22 @@ def test_no_corner_is_sent_to_the_pole(second: bool) -> None:
     assert model.denominator(q).min() == pytest.approx(LEAST_DENOMINATOR, abs=1e-3)
     assert model.valid_radius**2 > q.max()
     assert np.isfinite(straightness(corners, model))
+
+
+@pytest.mark.parametrize("corners", [at_the_rim(), seen(FISHEYE)], ids=["at the rim", "tilted"])
+def test_two_parameters_are_sought_from_one_too(corners: np.ndarray) -> None:
+    """Also where the one-parameter fit ends with its farthest corner at the bound."""
+    start = np.array([-6e-6, *CENTER])
+    fits = (
+        fit_corners([board(corners)], start, PRIOR, 0.0),
+        fit_corners([board(corners)], np.append(start, -2e-11), PRIOR, 100.0),
+        fit_corners_from_one([board(corners)], start, PRIOR, 100.0),
+    )
+    one, two, by_way_of_one = (root_mean_square(fit[0].residuals) for fit in fits if fit)
+    assert by_way_of_one == pytest.approx(two, rel=0.01)
+    assert two < 0.1 * one
+    too_few = board(seen(FISHEYE)[:2, :3])
+    assert fit_corners_from_one([too_few], start, PRIOR, 100.0) is None
 
 
 def test_two_boards_weigh_alike() -> None:
