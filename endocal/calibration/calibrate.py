@@ -223,7 +223,11 @@ def _calibration(
         (float(sigmas[1]) / spec.pixel_aspect, float(sigmas[2])),
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
-    evidence = replace(_evidence(scene, refined, model, full, found.cost), differing=differing)
+    evidence = replace(
+        _evidence(scene, refined, model, full, found.cost),
+        differing=differing,
+        second_lost=spec.model == "division2" and len(fit.params) == 3,
+    )
     quality = replace(judge(evidence), entropy=_entropy(spec, found))
     calibration = _with_usable_radius(
         Calibration(model, uncertainty, scene.boundary, quality, _source(spec))

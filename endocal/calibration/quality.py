@@ -62,6 +62,7 @@ class Evidence:
     board: bool  # whether a chessboard was seen
     bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
+    second_lost: bool = False  # whether it was to have two, and too few lines held under them
     astray: float = 0.0  # of the centre from the frame's middle, in the prior's standard deviations
     pictures: int = 1
     differing: int = (
@@ -82,6 +83,8 @@ def judge(e: Evidence) -> Quality:
         failed.append(f"only {e.lines} straight lines found: show the pattern larger or sharper")
     elif e.lines < FEW_LINES:
         doubts.append(f"few lines ({e.lines}): show more of the pattern")
+    if e.second_lost:
+        doubts.append("too few lines hold under two parameters: this is the one-parameter model")
     if e.reach < POOR_COVERAGE * e.content_radius:
         doubts.append(
             f"poor coverage: the lines reach {e.reach / e.content_radius:.0%} of the way to the rim;"

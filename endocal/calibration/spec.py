@@ -59,6 +59,10 @@ class CalibrationSpec:
             raise UsageError(f"--sobel {self.sobel}: an odd size from 3 to 31 is needed")
         if self.model not in MODELS:
             raise UsageError(f"--model {self.model}: one of {', '.join(MODELS)} is needed")
+        if self.model == "division2" and not self.refine:
+            raise UsageError(
+                "--no-refine: a search alone tells one parameter; --model division2 needs the refinement"
+            )
         _check_center(self.center)
         if not (_is_number(self.pixel_aspect) and 0.1 <= self.pixel_aspect <= 10):
             raise UsageError(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from endocal import CalibrationSpec, calibrate
+from endocal.calibration import calibrate as calibrate_module
 from endocal.calibration.calibrate import calibrate_jointly
 from endocal.errors import CalibrationError, EndocalError, UsageError
 from endocal.files import dumps
@@ -49,6 +50,19 @@ def test_a_plain_board() -> None:
 )
 def test_harder_pictures(scene) -> None:
     check(scene, lam=0.01, center=1.0)
+
+
+def test_a_second_parameter_that_is_not_told_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = calibrate_module.refine
+
+    def one_parameter(*arguments: Any) -> Any:
+        return plain(*arguments) if len(arguments) == 4 else []
+
+    monkeypatch.setattr(calibrate_module, "refine", one_parameter)
+    result = calibrate(render_board(board()), CalibrationSpec(model="division2"))
+    assert result.model.lam2 == 0
+    assert result.quality.verdict == "doubtful"
+    assert "this is the one-parameter model" in result.quality.reasons[0]
 
 
 def test_non_square_pixels() -> None:
@@ -235,6 +249,8 @@ def test_options_that_make_no_sense() -> None:
     for name, value in wrong:
         with pytest.raises(UsageError, match=name.replace("_", ".") + ".*needed"):
             CalibrationSpec(**{name: value})
+    with pytest.raises(UsageError, match=r"--no-refine.*one parameter"):
+        CalibrationSpec(model="division2", refine=False)
     CalibrationSpec(center=(np.float64(3), 4), samples=np.int64(8), pixel_aspect=np.float32(1.5))
     picture = render_board(board())
     with pytest.raises(UsageError, match="640x480"):

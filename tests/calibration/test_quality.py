@@ -19,6 +19,7 @@ def test_sound_evidence_is_good() -> None:
     [
         ({"lines": 6}, "few lines"),
         ({"reach": 120.0}, "poor coverage"),
+        ({"second_lost": True}, "this is the one-parameter model"),
         ({"bend": 0.3}, "residuals above noise"),
         ({"rms": 0.9}, "edges are noisy"),
         ({"rms": 0.2, "board": False}, "edges are noisy"),

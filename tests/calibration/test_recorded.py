@@ -43,10 +43,9 @@ def test_an_option_comes_back_through_the_file(name: str) -> None:
     assert dumps(found) == text
 
 
-def test_all_options_come_back_at_once() -> None:
-    spec = CalibrationSpec(
-        method="wang", refine=False, model="division2", pixel_aspect=1.25, **UNUSUAL
-    )
+@pytest.mark.parametrize(("refine", "model"), [(False, "division"), (True, "division2")])
+def test_all_options_come_back_at_once(refine: bool, model: str) -> None:
+    spec = CalibrationSpec(method="wang", refine=refine, model=model, pixel_aspect=1.25, **UNUSUAL)
     found = loads(dumps(recorded(spec)))
     assert isinstance(found, Calibration)
     assert spec_of(found) == spec
