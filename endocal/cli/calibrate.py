@@ -109,6 +109,8 @@ def command(
     calibration = report.calibration
     for path, reason in report.left_out:
         note(f"note: {path} left out: {reason}")
+    for words in report.notes:
+        note(f"note: {words}")
     if page is not None:
         from ..jobs.report import report_calibration
 

@@ -46,13 +46,15 @@ _TRUNCATED = "is truncated: the end of the picture is missing"
 class PictureHeader:
     """The size in px of the stored picture, and in words what is missing of the file (None: nothing).
 
-    ``orientation`` is EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8.
+    ``orientation`` is EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8. A TIFF may
+    hold several ``pages``; what is said here is said of the first.
     """
 
     width: int
     height: int
     damage: str | None = None
     orientation: int = 1
+    pages: int = 1
 
 
 def read_header(data: bytes) -> PictureHeader:
@@ -165,16 +167,36 @@ def _read_tiff(data: bytes) -> PictureHeader:
         ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))
         if max(ends, default=0) > len(data):
             damage = _TRUNCATED
-    return PictureHeader(tags[_WIDTH][0], tags[_HEIGHT][0], damage, _orientation(tags))
+    pages = sum(1 for _ in _tiff_directories(data))
+    return PictureHeader(tags[_WIDTH][0], tags[_HEIGHT][0], damage, _orientation(tags), pages)
+
+
+def _tiff_directories(data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield where each directory of a TIFF has its first tag, and how many; one that is cut off ends them."""
+    order, big = _tiff_kind(data)
+    place, number = order + ("Q" if big else "I"), order + ("Q" if big else "H")
+    seen: set[int] = set()
+    (start,) = struct.unpack_from(place, data, 8 if big else 4)
+    while start and start not in seen and start + struct.calcsize(number) <= len(data):
+        seen.add(start)
+        (count,) = struct.unpack_from(number, data, start)
+        first = start + struct.calcsize(number)
+        yield first, count
+        end = first + count * (20 if big else 12)
+        there = end + struct.calcsize(place) <= len(data)
+        (start,) = struct.unpack_from(place, data, end) if there else (0,)
+
+
+def _tiff_kind(data: bytes) -> tuple[str, bool]:
+    """The byte order of a TIFF, as struct has it, and whether it is a BigTIFF."""
+    return _TIFF_ORDER[data[:4]], data[2:4] in (b"+\0", b"\0+")
 
 
 def _tiff_tags(data: bytes) -> dict[int, tuple[int, ...]]:
     """Return the tags we know of a TIFF's first directory; EXIF data is a TIFF of its own."""
-    order = _TIFF_ORDER[data[:4]]
-    big = data[2:4] in (b"+\0", b"\0+")
-    (start,) = struct.unpack_from(order + ("Q" if big else "I"), data, 8 if big else 4)
-    (count,) = struct.unpack_from(order + ("Q" if big else "H"), data, start)
-    first, step = (start + 8, 20) if big else (start + 2, 12)
+    order, big = _tiff_kind(data)
+    step = 20 if big else 12
+    first, count = next(_tiff_directories(data), (len(data), 1))
     tags: dict[int, tuple[int, ...]] = {}
     for i in range(min(count, 4096)):
         at = first + i * step

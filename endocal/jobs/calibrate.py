@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from ..errors import CalibrationError, InputError, UsageError
 from ..files import decode_image, read_picture_bytes
 from ..files.images import Picture
 from ..files.names import shown
+from ..files.picture_header import read_header
 
 _STRANGER = "it does not fit the lens of the other pictures"
 _SILENT = "no straight lines found in it"
@@ -32,13 +33,15 @@ class LeftOut(NamedTuple):
 class CalibrationReport:
     """The calibration, and the pictures that were left out.
 
-    ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on.
+    ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on. ``notes``
+    are in words, about pictures.
     """
 
     calibration: Calibration
     pictures: tuple[tuple[str, Picture], ...]
     workings: Workings
     left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def calibrate_files(
@@ -87,7 +90,15 @@ def report_files(
         tuple((Path(path).name, image) for path, image in zip(paths, images, strict=True)),
         joint.workings,
         left_out,
+        tuple(_notes(paths, contents)),
     )
+
+
+def _notes(paths: Sequence[str | Path], contents: Sequence[bytes]) -> Iterator[str]:
+    for path, data in zip(paths, contents, strict=True):
+        pages = read_header(data).pages
+        if pages > 1:
+            yield f"{shown(path)} holds {pages} pages: only the first is looked at"
 
 
 def _check_distinct(paths: Sequence[str | Path], digests: Sequence[str]) -> None:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from endocal.errors import InputError, OutputError
 from endocal.files import decode_image, encode_image, read_image, upright, write_image
+from endocal.files.picture_header import read_header
 
 SUFFIXES = (".png", ".jpg", ".tif", ".bmp")
 RNG = np.random.default_rng(5)
@@ -112,6 +113,23 @@ def test_orientation_in_png_and_tiff() -> None:
     assert upright(decode_image(data), data).tolist() == [[1, 0]] * 3
     plain = picture(".tif", GREY)
     assert np.array_equal(upright(GREY, plain), GREY)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_pages_of_a_tiff_are_counted(count: int) -> None:
+    pages = [np.full((12, 16), 60 * i, np.uint8) for i in range(count)]
+    data = cv2.imencodemulti(".tif", pages)[1].tobytes()
+    assert read_header(data).pages == count
+    assert decode_image(data).tolist() == pages[0].tolist()
+    assert read_header(picture(".png")).pages == 1
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_pages_that_follow_themselves_end(order: str) -> None:
+    mark = b"II*\0" if order == "<" else b"MM\0*"
+    tags = b"".join(struct.pack(order + "HHII", t, 4, 1, 8) for t in (256, 257))
+    data = mark + struct.pack(order + "IH", 8, 2) + tags + struct.pack(order + "I", 8)
+    assert read_header(data).pages == 1
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
