@@ -23,10 +23,12 @@ def options_of(spec: CalibrationSpec) -> dict[str, Any]:
 def spec_of(calibration: Calibration) -> CalibrationSpec:
     """Return the options that a calibration was made with; UsageError where they make no sense."""
     source, model = calibration.source or Source(), calibration.model
+    # A lambda2 that is nothing beside its uncertainty is written as 0.
+    second = calibration.uncertainty is not None and calibration.uncertainty.lam2 is not None
     return CalibrationSpec(
         method=source.method,
         refine=source.refined,
-        model="division2" if model.lam2 else "division",
+        model="division2" if model.lam2 or second else "division",
         pixel_aspect=model.pixel_aspect,
         **source.options,
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import pytest
 
 from endocal.calibration.recorded import ELSEWHERE, RECORDED, options_of, spec_of
-from endocal.calibration.result import Calibration, Source
+from endocal.calibration.result import Calibration, Source, Uncertainty
 from endocal.calibration.spec import CalibrationSpec
 from endocal.errors import UsageError
 from endocal.files import dumps, loads
@@ -49,6 +49,14 @@ def test_all_options_come_back_at_once(refine: bool, model: str) -> None:
     found = loads(dumps(recorded(spec)))
     assert isinstance(found, Calibration)
     assert spec_of(found) == spec
+
+
+@pytest.mark.parametrize("sigma", [None, 2e-12], ids=["division", "division2"])
+def test_a_second_parameter_that_is_nothing_is_a_second_one(sigma: float | None) -> None:
+    uncertainty = Uncertainty(1e-9, (0.1, 0.1), sigma)
+    found = loads(dumps(replace(recorded(CalibrationSpec()), uncertainty=uncertainty)))
+    assert isinstance(found, Calibration)
+    assert spec_of(found).model == ("division" if sigma is None else "division2")
 
 
 def test_what_is_as_by_default_is_not_written() -> None:
