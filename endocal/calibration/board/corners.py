@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..image.picture import Grey
 from ..image.sampling import sample
 from ..straightness import Floats, Labels
-from .lifted import Corners, Fit, fit, linear_solution, see
+from .lifted import BoardFit, Corners, fit, linear_solution, see
 
 # Boards of at least so many inner corners are looked for, in the whole picture and in one half as wide, where
 # noise and blur are less; the first that is found is grown.
@@ -56,7 +56,7 @@ class Board:
     """
 
     corners: Corners
-    fit: Fit
+    fit: BoardFit
 
     def seen_at(self, places: Floats | Labels) -> Floats:
         """Return where places (m, 2) on the board are seen, (m, 2) px; NaN where it has no such place."""
@@ -167,7 +167,7 @@ def _start(board: Corners) -> Floats:
     return np.array([0.0, *middle])
 
 
-def _grown(grey: Grey, board: Corners, model: Fit) -> Corners:
+def _grown(grey: Grey, board: Corners, model: BoardFit) -> Corners:
     """Add the corners next to those known, where the picture shows them."""
     places = _neighbors(board.places)
     at, around, side = _expected(model, places)
@@ -196,7 +196,7 @@ def _neighbors(places: Labels) -> Labels:
     return np.array(sorted(new), np.intp).reshape(-1, 2)
 
 
-def _expected(model: Fit, places: Labels) -> tuple[Floats, Floats, Floats]:
+def _expected(model: BoardFit, places: Labels) -> tuple[Floats, Floats, Floats]:
     """Where corners (n, 2), and the middles of the four squares around each, (n, 4, 2), are seen, px.
 
     And the shorter of the two ways across those squares, (n,) px: about a square's side.
@@ -236,7 +236,7 @@ def _measured(grey: Grey, at: Floats, side: Floats) -> Floats:
     return found
 
 
-def _without_outliers(board: Corners, model: Fit) -> Corners:
+def _without_outliers(board: Corners, model: BoardFit) -> Corners:
     """Drop corners that lie elsewhere than the model says, by far more than others do."""
     off = np.linalg.norm(
         see(model.params, model.homographies[0], board.places) - board.points, axis=1

@@ -31,7 +31,7 @@ class Corners:
 
 
 @dataclass(frozen=True)
-class Fit:
+class BoardFit:
     """(lam, cx, cy), and for each board the homography from squares to undistorted offsets, px.
 
     ``residuals`` (n, 2) px: from where the model sees the corners of all boards to where they are.
@@ -77,7 +77,7 @@ def linear_solution(corners: Corners) -> Floats:
 
 def fit(
     boards: Sequence[Corners], start: Floats, center_is_given: bool = False, rounds: int = 50
-) -> Fit:
+) -> BoardFit:
     """Fit (lam, cx, cy) and a homography a board, by the distances of corners in the picture, px.
 
     It starts at ``start``, whose centre it keeps where ``center_is_given``. At least 6 corners a board.
@@ -110,7 +110,7 @@ def fit(
         misfit, x, loss="cauchy", f_scale=SOFTNESS, x_scale="jac", max_nfev=rounds
     )
     params, homographies = unpack(solution.x)
-    return Fit(params, homographies, misfit(solution.x).reshape(-1, 2))
+    return BoardFit(params, homographies, misfit(solution.x).reshape(-1, 2))
 
 
 def _homography(corners: Corners, params: Floats) -> Floats:

@@ -17,9 +17,9 @@ from ..board.lifted import Corners
 from ..straightness import LEAST_DENOMINATOR, Floats, Labels, root_mean_square
 from .plumb_line import Fit, Prior, robust_sigma
 
-# A row or column counts from so many corners on, and boards with at least so many rows and columns in all.
+# A row or column counts from so many corners on, and boards with at least so many of both in all.
 FEWEST_CORNERS = 3
-FEWEST_LINES = 6
+FEWEST_ROWS = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
 # The solver is run again where it made the residual less than this share of what it was, at most so often.
@@ -124,7 +124,7 @@ def fit_corners(
     None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
     """
     rows = _Rows.of(boards)
-    if rows.lines.min() < FEWEST_LINES or rows.astray(start) > MOST_ASTRAY:
+    if rows.lines.min() < FEWEST_ROWS or rows.astray(start) > MOST_ASTRAY:
         return None
     params, rms = start, root_mean_square(rows.off(start))
     # Where the farthest corner becomes another one the bound has a kink, and steps end early.

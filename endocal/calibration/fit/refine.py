@@ -15,7 +15,7 @@ from ..image.edges import EdgePoints
 from ..straightness import Floats, Labels
 from .following import followed
 from .grouping import Grouping, LineSpec, group
-from .measured import ENOUGH_POINTS, Refined, View, fit_measured
+from .measured import ENOUGH_POINTS, FEWEST_LINES, Refined, View, fit_measured
 from .plumb_line import Prior, fit_model
 
 # Where the fit is started besides the search's answer: lambda times the squared reach of the points.
@@ -29,7 +29,6 @@ GROUP_ROUNDS = (2.0, 1.5)
 # Of the points' reach: the shortest span of a line. Points a line needs at least.
 SHORTEST_SPAN = 0.08
 FEWEST_POINTS = 25
-FEWEST_LINES = 3
 # Two starts that end this near to each other, as a share of the reach, ended in one place; and a model
 # that moved by less than STABLE would group the points as before. At most so many groupings.
 ALIKE, STABLE = 0.015, 0.003
