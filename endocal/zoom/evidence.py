@@ -2,8 +2,32 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+
+
+class Late(NamedTuple):
+    """What the last steps say together of zoom and approach, per s, as a ``ScaleStep`` has it.
+
+    It is as good as ``steps`` of them with errors of their own; ``lasting`` is which part is shared by all.
+    """
+
+    information: NDArray[np.float64]
+    target: NDArray[np.float64]
+    steps: float
+    lasting: float
+
+
+class Weighed(NamedTuple):
+    """A hypothesis: whether the zoom moves, its evidence, and what it says of zoom and hand."""
+
+    moves: bool
+    evidence: float
+    zoom: float
+    hand: float
+    variance: float
 
 
 def explain(

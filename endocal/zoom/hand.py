@@ -44,6 +44,11 @@ class Hand:
         return self._nearer(self._spec.least)
 
     @property
+    def aside(self) -> float:
+        """How quickly it went aside of late, in one direction."""
+        return math.sqrt(self._roamed / self._late) if self._late else 0.0
+
+    @property
     def ways(self) -> tuple[tuple[float, float], ...]:
         """The speeds that may be expected of it, each with its probability."""
         spec = self._spec

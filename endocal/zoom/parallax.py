@@ -27,6 +27,8 @@ _FIT_ROUNDS = 6
 _MEDIAN_LENGTH = 1.1774
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
 _SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
+# Of the shape's five, those of second order.
+_BENDS = slice(2, 5)
 _ALONG_AXIS = [_ZOOM, _APPROACH]
 # No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
 _STRAIGHTEST = 0.1
@@ -67,7 +69,8 @@ class ScaleStep(NamedTuple):
     aside, in distances to the scene. Before anything is expected of zoom and approach, the picture says of
     them (``information``, (2, 2)) @ (zoom, approach) = ``target`` (2,), with the inverse of ``information``
     as their covariance. ``lasting`` is which part of their errors is the same in the steps that follow, from
-    0 to 1.
+    0 to 1, and ``curved`` by how much the scene's relative inverse depth is known to bend: the length of the
+    quadratic's coefficients of second order.
     """
 
     logarithm: float
@@ -77,6 +80,7 @@ class ScaleStep(NamedTuple):
     target: Points
     aside: Points
     lasting: float = 1.0
+    curved: float = 0.0
 
 
 class SceneShape:
@@ -158,7 +162,16 @@ class SceneShape:
             both @ found,
             motion[_SHIFT],
             self._part(self._likeness.lasting),
+            self._curved,
         )
+
+    @property
+    def _curved(self) -> float:
+        """How much of the shape's second order is more than may be by chance."""
+        square = float(
+            (self._shape[_BENDS] ** 2).sum() - np.trace(self._covariance[_BENDS, _BENDS])
+        )
+        return math.sqrt(max(square, 0.0))
 
     def _part(self, correlation: float | None) -> float:
         """Return which part of what the fit leaves a ``correlation`` tells of; all until steps have told."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .evidence import explain, mixed
+from .evidence import Late, Weighed, explain, mixed
 from .hand import Hand, HandSpec
 from .parallax import ScaleStep
 
@@ -34,11 +34,12 @@ class RestSpec:
     within ``steady`` of it, with the probability ``keeps``, of which 1/e is left after ``told`` s.
 
     Of a step's errors the part ``lasts`` at least is that of the next ones too. Some zoom passes for
-    approach, or the reverse, by ``surely`` per s, and, as far as errors last, by ``mistake`` since the scene
-    is never quite known; what seemed a zoom at rest is such a mistake, remembered, and forgotten, within
-    ``memory`` s. In the long run ``confused`` of what the two made of the picture together may be the
-    other's. Once a zoom is noticed, what it did in the last ``history`` s is made up for, and in the last
-    ``ramp`` s as far back as it seemed to go that way, by more than ``likely`` standard deviations.
+    approach, or the reverse, by ``surely`` per s, as far as errors last by ``mistake``, and by ``bends`` of
+    how quickly the hand goes aside times the scene's curvature, since the scene is never quite known. What
+    seemed a zoom at rest is such a mistake, remembered, and forgotten, within ``memory`` s. In the long run
+    ``confused`` of what the two made of the picture together may be the other's. Once a zoom is noticed,
+    what it did in the last ``history`` s is made up for, and in the last ``ramp`` s as far back as it seemed
+    to go that way, by more than ``likely`` standard deviations.
     """
 
     window: float = 0.32
@@ -55,6 +56,7 @@ class RestSpec:
     told: float = 0.4
     lasts: float = 0.1
     surely: float = 0.002
+    bends: float = 3.0
     mistake: float = 0.02
     memory: float = 0.5
     confused: float = 0.7
@@ -88,6 +90,7 @@ class _Step:
         self.counted = False
         self.aside = step.aside
         self.lasting = max(step.lasting, lasts)
+        self.curved = step.curved
         self.information = step.information * seconds**2
         self._target = step.target * seconds
 
@@ -100,28 +103,6 @@ class _Step:
         """Return the logarithm of the zoom, given how fast the camera comes nearer."""
         known = self.information[0, 0] + _ANY_SPEED**-2
         return float((self._target[0] - self.information[0, 1] * hand) / known) * self.seconds
-
-
-class _Late(NamedTuple):
-    """What the last steps say together of zoom and approach, per s, as ``ScaleStep`` has it.
-
-    It is as good as ``steps`` of them with errors of their own; ``lasting`` is which part is shared by all.
-    """
-
-    information: NDArray[np.float64]
-    target: NDArray[np.float64]
-    steps: float
-    lasting: float
-
-
-class _Weighed(NamedTuple):
-    """A hypothesis: whether the zoom moves, its evidence, and what it says of zoom and hand."""
-
-    moves: bool
-    evidence: float
-    zoom: float
-    hand: float
-    variance: float
 
 
 class ZoomRest:
@@ -241,7 +222,7 @@ class ZoomRest:
             late.append(step)
         return late
 
-    def _together(self, late: Sequence[_Step]) -> _Late:
+    def _together(self, late: Sequence[_Step]) -> Late:
         """Take steps together."""
         spec = self._spec
         lasting = float(np.mean([s.lasting for s in late]))
@@ -249,11 +230,14 @@ class ZoomRest:
         # frames tell no more than one, and their mean is steadier; noise is another in each.
         steps = len(late) / (1 + (len(late) - 1) * lasting)
         each = np.mean([s.information for s in late], axis=0)
-        information = mixed(steps * each, math.hypot(spec.surely, spec.mistake * lasting))
+        # A scene that bends does so in more ways than a quadratic's, which count as the hand moves.
+        bends = spec.bends * float(np.mean([s.curved for s in late])) * self._hand.aside
+        mistake = math.hypot(spec.surely, spec.mistake * lasting, bends)
+        information = mixed(steps * each, mistake)
         target = information @ np.mean([s.speeds() for s in late], axis=0)
-        return _Late(information, target, steps, lasting)
+        return Late(information, target, steps, lasting)
 
-    def _weigh(self, late: _Late) -> list[_Weighed]:
+    def _weigh(self, late: Late) -> list[Weighed]:
         """Weigh a resting and a moving zoom, each with a hand that sways, moves freely or hurries."""
         spec, information, target = self._spec, late.information, late.target
         moves = (1 - self._keeps) * (spec.goes_on if self._moves else spec.starts)
@@ -268,14 +252,14 @@ class ZoomRest:
         out = []
         for hand, usual in self._hand.ways:
             _, rest = explain(information[1:, 1:], target[1:], np.array([hand]))
-            out.append(_Weighed(False, rest + math.log(usual * rests), 0.0, 0.0, 0.0))
+            out.append(Weighed(False, rest + math.log(usual * rests), 0.0, 0.0, 0.0))
             for mean, deviation, prior in zooms:
                 usually, expected = np.array([mean, 0.0]), np.array([deviation, hand])
                 surplus = target - information @ usually
                 (found, covariance), zoom = explain(information, surplus, expected)
                 zoom += float(usually @ (target + surplus)) / 2
                 out.append(
-                    _Weighed(
+                    Weighed(
                         True,
                         zoom + math.log(usual * prior),
                         mean + float(found[0]),

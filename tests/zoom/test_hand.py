@@ -38,3 +38,9 @@ def test_ways_are_all_there_are() -> None:
     ways = Hand(HandSpec(hurry=0.1, freely=0.3)).ways
     assert sum(probability for _, probability in ways) == pytest.approx(1)
     assert [speed for speed, _ in ways] == sorted(speed for speed, _ in ways)
+
+
+def test_what_it_did_is_told_apart_from_what_is_expected_of_it() -> None:
+    assert Hand().aside == 0
+    assert seen(0.0, 1).aside == 0
+    assert seen(0.04, 10).aside == pytest.approx(0.04)

@@ -148,3 +148,24 @@ def test_errors_that_last_are_told_from_noise() -> None:
         lasting.append(step.lasting)
     assert lasting[0] < 0.3
     assert lasting[1] == 1.0
+
+
+@pytest.mark.parametrize("deep", [0.0, 0.5])
+def test_a_scene_that_is_curved_is_told_from_a_plane(deep: float) -> None:
+    rng, focal = np.random.default_rng(4), 0.55 * DIAMETER
+    x, y = rng.uniform(-0.8, 0.8, (2, 400))
+    places_3d = np.stack([x, y, 1 - 0.1 * x - deep * (x * x + y * y)], axis=1)
+
+    def seen(frame: int) -> np.ndarray:
+        """Offsets from the centre, by a hand that sways."""
+        ray = places_3d - [0.05 * math.sin(0.12 * frame), 0.05 * math.cos(0.1 * frame), 0.0]
+        undistorted = focal * ray[:, :2] / ray[:, 2:] + MIDDLE
+        return model().distort(undistorted) - MIDDLE
+
+    scene = SceneShape()
+    for frame in range(1, 60):
+        before, after = seen(frame - 1), seen(frame)
+        inside = (np.abs(before) < (320, 240)).all(axis=1)
+        after = after + rng.normal(0, 0.05, after.shape)
+        step = scene.scale_between(before[inside], after[inside], model(), DIAMETER, noise=0.05)
+    assert step.curved > 0.3 if deep else step.curved < 0.1
