@@ -65,9 +65,7 @@ class Evidence:
     second_lost: bool = False  # whether it was to have two, and too few lines held under them
     astray: float = 0.0  # of the centre from the frame's middle, in the prior's standard deviations
     pictures: int = 1
-    differing: int = (
-        0  # the number, from 1, of the picture that goes with the others least; 0 if all do
-    )
+    differing: int = 0  # the picture, from 1, that goes with the others least; 0 if all do
 
 
 def judge(e: Evidence) -> Quality:

@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..board.crossings import corners_of
 from ..board.pattern import clear_of_corners, join_pieces, measured_once, on_board
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
 from ..measure.growth import growth_columns
 from ..measure.profiles import Measured, measure, smooth_for_profiles
 from ..straightness import Floats, Labels, residuals
-from .corner_fit import fit_corners
 from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
 from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma
 
@@ -169,16 +167,19 @@ def _softness(sigma: float) -> float:
     return max(LEAST_SOFTNESS, 2 * sigma)
 
 
-def straightened(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
-    """Fit a lens that departs from the model again: by straightness in the corrected picture."""
-    fit, m = refined.fit, refined.measured
-    views = range(int(refined.view.max()) + 1)
-    boards = [corners_of(m.take(refined.view == view)) for view in views]
-    corners = fit_corners(boards, fit.params, prior, content)
-    if corners is not None:
-        seen = _fit(m, corners[0].params, reach, prior, fit.softness, content, held=True)
-        return replace(refined, fit=seen, corners=corners)
-    return replace(refined, fit=_magnified(m, fit, reach, prior, content))
+def told_by_corners(
+    refined: Refined, corners: tuple[Fit, Labels], reach: float, prior: Prior, content: float
+) -> Refined:
+    """Take the model from a fit to ``corners``, and see what the measured points leave under it."""
+    fit = refined.fit
+    params = corners[0].params
+    seen = _fit(refined.measured, params, reach, prior, fit.softness, content, held=True)
+    return replace(refined, fit=seen, corners=corners)
+
+
+def magnified(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
+    """Fit the measured points again with weights that make straight what the corrected picture magnifies."""
+    return replace(refined, fit=_magnified(refined.measured, refined.fit, reach, prior, content))
 
 
 def _weighted(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:

@@ -138,16 +138,15 @@ def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
     return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
 
 
-def second_range(
-    lam: float, radius: float, least: float = LEAST_DENOMINATOR
-) -> tuple[float, float]:
-    """The range of lam2 in which 1 + lam q + lam2 q^2 and 1 - lam q - 3 lam2 q^2 stay above ``least``.
+def second_range(lam: float, radius: float) -> tuple[float, float]:
+    """The range of lam2 in which 1 + lam q + lam2 q^2 and 1 - lam q - 3 lam2 q^2 stay above 0.
 
-    That is, in which the map is positive and monotonic for q up to ``radius`` squared.
+    That is, in which the map is positive and monotonic for q up to ``radius`` squared, with
+    ``LEAST_DENOMINATOR`` to spare.
     """
     q = (radius * np.linspace(0.1, 1, 64)) ** 2
-    low = (least - 1 - lam * q) / q**2
-    high = (1 - least - lam * q) / (3 * q**2)
+    low = (LEAST_DENOMINATOR - 1 - lam * q) / q**2
+    high = (1 - LEAST_DENOMINATOR - lam * q) / (3 * q**2)
     return float(low.max()), float(high.min())
 
 

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from ..board.crossings import corners_of
 from ..board.union import united
-from ..measure.growth import growth_columns
 from ..straightness import Floats, Labels, root_mean_square
 from .corner_fit import fit_corners, fit_corners_from_one
-from .measured import Refined
-from .measured import straightened as straightened_alone
-from .plumb_line import Fit, Prior, fit_model
+from .measured import Refined, magnified, told_by_corners
+from .plumb_line import Fit, Prior
 
 # A two-parameter fit that is found by way of the one-parameter one is taken where the other is so many times
 # less straight: it may lie nearer to the pole, and farther from the lens.
@@ -32,33 +29,19 @@ def straightened(
     within ``content`` px, is sought from the one-parameter model ``single`` (lam, cx, cy), too.
     """
     refined = looks[0]
-    fit, m = refined.fit, refined.measured
+    params = refined.fit.params
     boards = [
-        united(
-            [corners_of(look.measured.take(look.view == view)) for look in looks], fit.params[1:3]
-        )
+        united([corners_of(look.measured.take(look.view == view)) for look in looks], params[1:3])
         for view in range(int(refined.view.max()) + 1)
     ]
-    corners = fit_corners(boards, fit.params, prior, content)
+    corners = fit_corners(boards, params, prior, content)
     if corners is None:
-        return straightened_alone(refined, reach, prior, content)
+        return magnified(refined, reach, prior, content)
     if single is not None:
         other = fit_corners_from_one(boards, single, prior, content)
         if other is not None and _rms(corners) > MUCH_STRAIGHTER * _rms(other):
             corners = other
-    seen = fit_model(
-        m.points,
-        m.labels,
-        corners[0].params,
-        reach,
-        prior,
-        fit.softness,
-        m.sides,
-        growth_columns(m.sides, m.levels, m.labels),
-        monotonic=content,
-        held=True,
-    )
-    return replace(refined, fit=seen, corners=corners)
+    return told_by_corners(refined, corners, reach, prior, content)
 
 
 def _rms(corners: tuple[Fit, Labels]) -> float:
