@@ -74,7 +74,8 @@ def read_picture_bytes(path: PathLike) -> bytes:
                 raise InputError(f"{name}: is not a PNG, JPEG, TIFF or BMP picture")
             data = start + file.read(_MAX_BYTES)
     except FileNotFoundError:
-        raise InputError(f"{name}: no such file") from None
+        hint = ": a picture is not read from a pipe, write it to a file" if name == "-" else ""
+        raise InputError(f"{name}: no such file{hint}") from None
     except IsADirectoryError:
         raise InputError(f"{name}: is a directory, not a picture") from None
     except (OSError, ValueError) as error:

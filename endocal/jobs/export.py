@@ -22,6 +22,7 @@ from ..model import DivisionModel
 from ..remap.geometry import output_geometry
 from ..zoom.table import ZoomTable
 from .lens import fit_lens
+from .zoom_bounds import beyond_table, check_named
 
 # What each kind's file may be called; those of the first line hold a fitted model, the others maps.
 FITTED = {
@@ -142,26 +143,27 @@ def _lens(spec: ExportSpec) -> tuple[_Lens, tuple[str, ...]]:
     obj = load(spec.calibration)
     zoomed = spec.diameter is not None or spec.setting is not None
     reach = None
+    notes: list[str] = []
     if isinstance(obj, ZoomTable):
-        obj = _at_zoom(obj, spec, name)
+        obj = _at_zoom(obj, spec, name, notes)
     elif zoomed:
         raise UsageError(f"{name}: is a calibration; --diameter and --setting are for zoom tables")
-    notes: tuple[str, ...] = ()
     if spec.frame is not None:
         fitted, note = fit_lens(obj, spec.frame, None, name)
         assert isinstance(fitted, Calibration)
         if obj.usable_radius is not None:
             reach = obj.usable_radius * fitted.model.size[1] / obj.model.size[1]
-        obj, notes = replace(fitted, usable_radius=reach), (note,) if note else ()
+        obj = replace(fitted, usable_radius=reach)
+        notes += [note] if note else []
     model, boundary = obj.model, obj.boundary
     radius = content_radius(model.center, model.size, boundary, model.pixel_aspect)
     if obj.usable_radius is not None:
         radius = min(radius, obj.usable_radius)
-    return _Lens(model, boundary, radius), notes
+    return _Lens(model, boundary, radius), tuple(notes)
 
 
-def _at_zoom(table: ZoomTable, spec: ExportSpec, name: str) -> Calibration:
-    """Return the table's lens at the zoom that the options name."""
+def _at_zoom(table: ZoomTable, spec: ExportSpec, name: str, notes: list[str]) -> Calibration:
+    """Return the table's lens at the zoom that the options name; ``notes`` tell of one outside its range."""
     count = len(table.settings)
     if (spec.diameter is None) == (spec.setting is None):
         raise UsageError(
@@ -173,7 +175,10 @@ def _at_zoom(table: ZoomTable, spec: ExportSpec, name: str) -> Calibration:
         diameter = table.settings[spec.setting - 1].diameter
     else:
         diameter = spec.diameter or 0.0
+        check_named("--diameter", diameter, table, "auto")
     model = table.at_diameter(diameter)
+    if not table.covers(diameter):
+        notes.append(beyond_table(diameter, table))
     # A table does not say where the circle lies; its centre is near the lens's.
     circle = boundary_of(model.center, diameter, table.size, table.pixel_aspect)
     return Calibration(model, boundary=circle)

@@ -1,4 +1,7 @@
-"""Which zooms a lens can have: what is assumed or recorded beyond them is a slip, and refused at once."""
+"""Which zooms a lens can have: what is assumed or recorded beyond them is a slip, and refused at once.
+
+Beyond those that its table covers, less is known.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,17 @@ _FURTHEST_ZOOM = 4.0
 _FURTHEST_SHIFT = 0.5
 
 
-def check_assumed(diameter: float, table: ZoomTable, lookup: str) -> None:
-    """Raise UsageError for an assumed diameter, px, that no circle before this lens can have."""
+def check_named(option: str, diameter: float, table: ZoomTable, lookup: str) -> None:
+    """Raise UsageError where an ``option`` names a diameter, px, that no circle before this lens can have."""
     least, most = _possible(table)
     if not least <= diameter <= most:
         raise UsageError(
-            f"--assume-diameter {diameter:g}: {_known(table)}, and {least:.0f} to {most:.0f} px can be"
-            " assumed"
+            f"{option} {diameter:g}: {_known(table)}, and {least:.0f} to {most:.0f} px can be"
         )
     try:
         table.at_diameter(diameter, lookup)
     except InputError as error:
-        raise UsageError(f"--assume-diameter {diameter:g}: {error}; {_known(table)}") from None
+        raise UsageError(f"{option} {diameter:g}: {error}; {_known(table)}") from None
 
 
 def check_recorded(
@@ -76,3 +78,12 @@ def _known(table: ZoomTable) -> str:
     low, high = (table.settings[i].diameter for i in (0, -1))
     width, height = table.size
     return f"in frames of {width}x{height} the zoom table goes from {low:.0f} to {high:.0f} px"
+
+
+def beyond_table(diameter: float, table: ZoomTable, when: str = "") -> str:
+    """Say in words that the circle, ``diameter`` px wide ``when`` it is, lies outside the table's range."""
+    low, high = table.settings[0].diameter, table.settings[-1].diameter
+    return (
+        f"the circle is {diameter:.0f} px wide{when}, outside the table's {low:.0f} to {high:.0f} px: there"
+        " the law lambda * diameter^2 = constant holds"
+    )

@@ -15,11 +15,8 @@ from ..zoom.follow import FollowSpec, ZoomEstimate, ZoomFollower
 from ..zoom.shift import shifted
 from ..zoom.table import ZoomTable
 from .first_circle import Ahead, FirstCircle, first_circle
-from .zoom_bounds import check_assumed, check_recorded
+from .zoom_bounds import beyond_table, check_named, check_recorded
 from .zoom_log import RecordedZoom, ZoomLog, ZoomRecord
-
-# So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
-_RANGE_SLACK = 1.02
 
 
 class FollowedZoom:
@@ -45,7 +42,7 @@ class FollowedZoom:
         follows_shift = center != "fixed"
         self.notes: list[str] = []
         if assume_diameter is not None:
-            check_assumed(assume_diameter, table, lookup)
+            check_named("--assume-diameter", assume_diameter, table, lookup)
         if recorded is not None:
             check_recorded(recorded, table, lookup, follows_shift)
         else:
@@ -122,15 +119,11 @@ class FollowedZoom:
 
     def _watch_range(self, diameter: float, time_s: float | None) -> None:
         """Note the first time that the zoom leaves what was calibrated."""
-        low, high = (self._table.settings[i].diameter for i in (0, -1))
-        if self._has_left_range or low / _RANGE_SLACK <= diameter <= high * _RANGE_SLACK:
+        if self._has_left_range or self._table.covers(diameter):
             return
         self._has_left_range = True
         when = f"frame {self._frame}" if time_s is None else f"{time_s:.2f} s"
-        self.notes.append(
-            f"the circle is {diameter:.0f} px wide at {when}, outside the table's {low:.0f} to {high:.0f} px:"
-            " there the law lambda * diameter^2 = constant holds"
-        )
+        self.notes.append(beyond_table(diameter, self._table, f" at {when}"))
 
     def _follow(self, luma: np.ndarray, time_s: float | None) -> ZoomEstimate:
         shows_circle = self._has_begun or (

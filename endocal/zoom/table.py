@@ -33,6 +33,8 @@ _OUTLIER_RATIO = 3.0
 _WEAKEST_LAW = 0.02
 # Two diameters nearer than this (relative) are one setting measured twice.
 _SAME_DIAMETER = 1e-3
+# So far outside the settings, as a ratio, a table still covers the zoom for all purposes.
+_RANGE_SLACK = 1.02
 
 
 @dataclass(frozen=True)
@@ -181,8 +183,9 @@ class ZoomTable:
         return Law(constant, spread, departures, _outlier(departures))
 
     def covers(self, diameter: float) -> bool:
-        """Say whether a diameter, px, lies in the calibrated range; outside it the law extrapolates."""
-        return self.settings[0].diameter <= diameter <= self.settings[-1].diameter
+        """Say whether a diameter, px, is within the settings, or 2 % outside: beyond, the law serves."""
+        low, high = self.settings[0].diameter, self.settings[-1].diameter
+        return low / _RANGE_SLACK <= diameter <= high * _RANGE_SLACK
 
     def check_lookup(self, lookup: str) -> None:
         """Raise InputError where the settings lack what the look-up goes by: the area look-up their areas."""

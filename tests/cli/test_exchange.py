@@ -240,6 +240,21 @@ def test_a_zoom_table_at_one_zoom(endocal: Runner, folder: Path) -> None:
     assert by["--diameter", "200"].lam == pytest.approx(-0.9e0 / 200**2, rel=1e-3)
 
 
+@pytest.mark.parametrize(("diameter", "outside"), [("149", False), ("120", True), ("400", True)])
+def test_a_zoom_that_nobody_calibrated_is_told(
+    endocal: Runner, folder: Path, diameter: str, outside: bool
+) -> None:
+    done = export(endocal, folder, "opencv", "--diameter", diameter, config="zoom.toml")
+    assert done.code == 0
+    assert ("outside the table's 150 to 237 px" in done.err) == outside
+
+
+def test_a_zoom_that_no_lens_has_is_refused(endocal: Runner, folder: Path) -> None:
+    done = export(endocal, folder, "opencv", "--diameter", "20000", config="zoom.toml")
+    assert "the zoom table goes from 150 to 237 px, and 38 to 1600 px can be" in done.fails(2)
+    assert not (folder / "out.yaml").exists()
+
+
 def test_frames_of_another_size(endocal: Runner, folder: Path) -> None:
     done = export(endocal, folder, "npz", "--frame", "640x480")
     assert "is rescaled to 640x480" in done.err

@@ -188,7 +188,9 @@ def test_what_is_no_picture(tmp_path: Path, data: bytes, message: str) -> None:
 
 
 def test_a_picture_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none\.png: no such file"):
+    with pytest.raises(InputError, match=r"-: no such file: a picture is not read from a pipe"):
+        read_image("-")
+    with pytest.raises(InputError, match=r"none\.png: no such file$"):
         read_image(tmp_path / "none.png")
     with pytest.raises(InputError, match="is a directory"):
         read_image(tmp_path)

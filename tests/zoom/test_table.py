@@ -209,8 +209,10 @@ def test_a_table_says_what_it_covers() -> None:
     zoom = lens(-1.3, [400, 650])
     assert zoom.covers(400)
     assert zoom.covers(500)
-    assert not zoom.covers(399)
-    assert not zoom.covers(651)
+    assert zoom.covers(393)
+    assert not zoom.covers(390)
+    assert zoom.covers(662)
+    assert not zoom.covers(665)
 
 
 @pytest.mark.parametrize(
