@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from endocal.benchmarks.corner_score import as_grid
-from endocal.calibration.calibrate import Image, calibrate
+from endocal.calibration.calibrate import calibrate
 from endocal.calibration.evaluate import LinePoints
+from endocal.calibration.scene import Image
 from endocal.files import read_image
 from endocal.model import DivisionModel
 from endocal.synth.board import BoardScene, render_board, true_lines

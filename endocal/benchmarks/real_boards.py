@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ..calibration.calibrate import Image
 from ..calibration.image.picture import to_grey
+from ..calibration.scene import Image
 from ..calibration.spec import MODELS, CalibrationSpec
 from ..errors import InputError
 from ..files import read_image

@@ -16,9 +16,10 @@ import numpy as np
 
 from ..boundary.circle import Boundary
 from ..boundary.content import content_radius
-from ..calibration.calibrate import Image, calibrate
+from ..calibration.calibrate import calibrate
 from ..calibration.fit.plumb_line import robust_sigma
 from ..calibration.result import Calibration
+from ..calibration.scene import Image
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError
 from ..synth.board import BoardScene, render_board

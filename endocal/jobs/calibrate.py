@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from ..calibration.calibrate import Workings, calibrate_jointly
+from ..calibration.calibrate import calibrate_jointly
+from ..calibration.outcome import Workings
 from ..calibration.recorded import options_of
 from ..calibration.result import Calibration, Source, SourceImage
 from ..calibration.spec import CalibrationSpec

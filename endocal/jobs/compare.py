@@ -8,9 +8,10 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from ..calibration.calibrate import Image, calibrate
+from ..calibration.calibrate import calibrate
 from ..calibration.evaluate import Evaluation, LinePoints, evaluate
 from ..calibration.methods.registry import METHODS, method_named
+from ..calibration.scene import Image
 from ..calibration.spec import METHODS_OF_LINES, CalibrationSpec
 from ..errors import CalibrationError, InputError, UsageError
 from ..files import read_image

@@ -10,9 +10,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ..calibration.calibrate import Image
 from ..calibration.evaluate import Evaluation, LinePoints, evaluate
 from ..calibration.result import Calibration
+from ..calibration.scene import Image
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError, InputError, UsageError
 from ..files import load, read_image

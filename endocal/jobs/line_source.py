@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..calibration.board.corners import find_board
-from ..calibration.calibrate import OUTLYING, Image, calibrate_jointly
+from ..calibration.calibrate import calibrate_jointly
 from ..calibration.evaluate import LinePoints
-from ..calibration.scene import look_at
+from ..calibration.outcome import OUTLYING
+from ..calibration.scene import Image, look_at
 from ..calibration.spec import CalibrationSpec, Lines, check_lines
 from ..calibration.straightness import Floats, Labels
 from ..errors import CalibrationError, UsageError

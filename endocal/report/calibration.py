@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from ..boundary.content import content_radius
-from ..calibration.calibrate import Workings
 from ..calibration.fit.plumb_line import robust_sigma
 from ..calibration.methods.registry import method_named
+from ..calibration.outcome import Workings
 from ..calibration.quality import ROUGH
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
-from ..calibration.calibrate import Workings
 from ..calibration.fit.plumb_line import robust_sigma
 from ..calibration.image.edges import sobel_gradients
 from ..calibration.methods.vote_maps import ANGLES, vote_maps
 from ..calibration.objective import cost_of, region_of
+from ..calibration.outcome import Workings
 from ..calibration.spec import CalibrationSpec
 from ..calibration.straightness import Floats
 from ..model import DivisionModel

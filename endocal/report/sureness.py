@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..calibration.calibrate import Workings
+from ..calibration.outcome import Workings
 from ..calibration.straightness import Floats
 from ..model import DivisionModel
 

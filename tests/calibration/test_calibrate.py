@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from endocal import CalibrationSpec, calibrate
-from endocal.calibration import calibrate as calibrate_module
+from endocal.calibration import lens_fit
 from endocal.calibration.calibrate import calibrate_jointly
 from endocal.errors import CalibrationError, EndocalError, UsageError
 from endocal.files import dumps
@@ -53,12 +53,12 @@ def test_harder_pictures(scene) -> None:
 
 
 def test_a_second_parameter_that_is_not_told_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = calibrate_module.refine
+    plain = lens_fit.refine
 
     def one_parameter(*arguments: Any) -> Any:
         return plain(*arguments) if len(arguments) == 4 else []
 
-    monkeypatch.setattr(calibrate_module, "refine", one_parameter)
+    monkeypatch.setattr(lens_fit, "refine", one_parameter)
     result = calibrate(render_board(board()), CalibrationSpec(model="division2"))
     assert result.model.lam2 == 0
     assert result.quality.verdict == "doubtful"

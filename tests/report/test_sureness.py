@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from endocal.calibration.calibrate import Workings
+from endocal.calibration.outcome import Workings
 from endocal.model import DivisionModel
 from endocal.report.sureness import placing_sigma, undistorted
 

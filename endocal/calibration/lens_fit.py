@@ -1,0 +1,62 @@
+"""The refined model of the lens that a scene's lines were seen through: which fit of several is taken."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import CalibrationError
+from .fit.measured import Refined, departs, fit_again
+from .fit.refine import best_start, reach_of, refine
+from .fit.straightening import straightened
+from .scene import Scene
+from .spec import CalibrationSpec
+from .straightness import Floats
+
+# Straightness that a model monotonic over all of the content may cost.
+ALMOST_AS_STRAIGHT = 1.15
+# A second parameter may not fold the picture within so many times the radius that the lines reach.
+SEEN = 1.02
+
+
+def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refined, float]:
+    """Refine the ``params`` (lam, cx, cy) that the search found, in square pixels, on the scene's own lines.
+
+    Returns also the radius in px within which a second parameter may not fold the picture. Raises
+    CalibrationError where there are no lines.
+    """
+    prior, views = scene.prior, scene.views
+    reach = reach_of(views, prior.center)
+    start = best_start(views, params, reach, prior)
+    looks = [] if start is None else refine(views, start, reach, prior)
+    if start is None or not looks:
+        raise CalibrationError(
+            "no straight lines found: a sharp picture of a chessboard or of straight lines that fills"
+            " the view is needed"
+        )
+    refined = looks[0]
+    if spec.model == "division":
+        if not departs(refined):
+            return refined, 0.0
+        # A model that follows the lens more closely finds its lines whole.
+        two = refine(views, start, reach, prior, True, SEEN * farthest(refined))
+        if two and len(two[0].measured.points) > len(refined.measured.points):
+            looks = [fit_again(two[0], refined.fit.params, reach, prior, 0.0), *two[1:]]
+        return straightened(looks, reach, prior, 0.0), 0.0
+    # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
+    # sphere has content that no flat picture holds: then as far as the lines reach.
+    radii = (scene.content_radius(start[1:3]), SEEN * farthest(refined))
+    whole, seen = (refine(views, start, reach, prior, True, radius) for radius in radii)
+    if not seen or (whole and whole[0].fit.sigma <= ALMOST_AS_STRAIGHT * seen[0].fit.sigma):
+        chosen, radius = whole or looks, radii[0]
+    else:
+        chosen, radius = seen, radii[1]
+    if not departs(chosen[0]):
+        return chosen[0], radius
+    single = None if chosen is looks else refined.fit.params
+    return straightened(chosen, reach, prior, radius, single), radius
+
+
+def farthest(refined: Refined) -> float:
+    """The distance in px of the farthest measured point from the distortion centre."""
+    offsets = refined.measured.points - refined.fit.params[1:3]
+    return float(np.linalg.norm(offsets, axis=1).max())
