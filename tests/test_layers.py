@@ -50,7 +50,9 @@ CALIBRATION = {
     "evaluate": 4,
     "scene": 5,
     "methods": 6,
+    "lens_fit": 6,
     "objective": 7,
+    "outcome": 7,
     "calibrate": 8,
     "__init__": 8,
 }
