@@ -12,7 +12,6 @@ from scipy.ndimage import median_filter
 
 from ..boundary.content import content_radius
 from ..calibration.fit.plumb_line import robust_sigma
-from ..calibration.methods.registry import method_named
 from ..calibration.outcome import Workings
 from ..calibration.quality import ROUGH
 from ..calibration.result import Calibration
@@ -23,6 +22,7 @@ from . import page as p
 from . import pictures
 from .checks import checks
 from .numbers import scientific
+from .search import found_by
 
 # Where the colours of lines change, px of a 540-line frame; the last is what a good calibration may have.
 STEPS = (0.1, 0.25, ROUGH)
@@ -77,7 +77,7 @@ def calibration_page(
             parts.append(_checks(study.workings))
         if sure is not None:
             parts += [_residuals(study.workings), _sureness(calibration, study.workings, sure[0])]
-        parts += [_search(calibration, study), _votes(calibration, study)]
+        parts += found_by(study.workings, study.spec, model)
     parts.append(_origin(calibration))
     w, h = model.size
     return p.page(
@@ -252,61 +252,6 @@ def _sureness(calibration: Calibration, workings: Workings, placing: p.Html) -> 
             0, p.figure(ellipses, "Where the centre may lie: 1, 2 and 3 standard deviations.")
         )
     return p.section("How sure it is", p.paragraph(words), p.figures(*shown))
-
-
-def _search(calibration: Calibration, study: Study) -> p.Html:
-    workings, spec, model = study.workings, study.spec, calibration.model
-    method = method_named(spec.method)
-    words = (
-        f"The search minimises the entropy of the edge points' votes ({spec.method}): the fewer places"
-        " they agree on, the straighter the lines. "
-    )
-    if method.measure is None:
-        words = (
-            f"The method {spec.method} ({method.title}) takes the place of the search; what is drawn is the"
-            " entropy of the edge points' votes (hewg) all the same. "
-        )
-    words += (
-        "That is a start; the refinement on the lines themselves gives the result."
-        if workings.refined is not None
-        else "Its answer was not refined."
-    )
-    shown = [
-        p.figure(
-            plots.entropy_over_lambda(workings, spec, model),
-            "Entropy over λ, with the centre of the result.",
-        )
-    ]
-    if not workings.scene.prior.fixed:
-        shown.append(
-            p.figure(
-                plots.entropy_over_center(workings, spec, model),
-                "Entropy over the centre, with the λ of the result: the stronger the colour, the lower.",
-            )
-        )
-    return p.section("The search", p.paragraph(words), p.figures(*shown))
-
-
-def _votes(calibration: Calibration, study: Study) -> p.Html:
-    h1_before, h1_after, h2_before, h2_after = plots.vote_plots(
-        study.workings, study.spec, calibration.model
-    )
-    return p.section(
-        "The votes",
-        p.paragraph(
-            "H1: each edge point votes for the line through it, by its direction and distance. A bent line"
-            " smears its votes; a straight one gathers them in one place. H2: each line votes for the points"
-            " where it may meet others, along a curve. The curves of lines that are parallel on the board"
-            " cross in one place, their vanishing point; that they all pass one more place, where ω points"
-            " from the picture's corner to its middle, means nothing."
-        ),
-        p.figures(
-            p.figure(h1_before, "H1 before correction."),
-            p.figure(h1_after, "H1 after correction."),
-            p.figure(h2_before, "H2 before correction."),
-            p.figure(h2_after, "H2 after correction."),
-        ),
-    )
 
 
 def _origin(calibration: Calibration) -> p.Html:
