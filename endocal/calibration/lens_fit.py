@@ -10,7 +10,7 @@ from .fit.refine import best_start, reach_of, refine
 from .fit.straightening import straightened
 from .scene import Scene
 from .spec import CalibrationSpec
-from .straightness import Floats
+from .straightness import Floats, root_mean_square
 
 # Straightness that a model monotonic over all of the content may cost.
 ALMOST_AS_STRAIGHT = 1.15
@@ -44,16 +44,27 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
         return straightened(looks, reach, prior, 0.0), 0.0
     # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
     # sphere has content that no flat picture holds: then as far as the lines reach.
-    radii = (scene.content_radius(start[1:3]), SEEN * farthest(refined))
-    whole, seen = (refine(views, start, reach, prior, True, radius) for radius in radii)
-    if not seen or (whole and whole[0].fit.sigma <= ALMOST_AS_STRAIGHT * seen[0].fit.sigma):
-        chosen, radius = whole or looks, radii[0]
-    else:
-        chosen, radius = seen, radii[1]
-    if not departs(chosen[0]):
-        return chosen[0], radius
-    single = None if chosen is looks else refined.fit.params
-    return straightened(chosen, reach, prior, radius, single), radius
+    radii = (scene.content_radius(refined.fit.params[1:3]), SEEN * farthest(refined))
+    ends: list[Refined | None] = []
+    for radius in radii:
+        two = refine(views, start, reach, prior, True, radius)
+        if two and departs(two[0]):
+            two = [straightened(two, reach, prior, radius, refined.fit.params)]
+        ends.append(two[0] if two else None)
+    whole, seen = ends
+    if whole is not None and (seen is None or _as_straight(whole, seen)):
+        return whole, radii[0]
+    if seen is not None:
+        return seen, radii[1]
+    return straightened(looks, reach, prior, radii[0]) if departs(refined) else refined, radii[0]
+
+
+def _as_straight(one: Refined, other: Refined) -> bool:
+    """Whether the first makes straight what the other does, or almost: corners, if both were told by them."""
+    if one.corners is None or other.corners is None:
+        return one.fit.sigma <= ALMOST_AS_STRAIGHT * other.fit.sigma
+    left, least = (root_mean_square(fit.residuals) for fit, _ in (one.corners, other.corners))
+    return left <= ALMOST_AS_STRAIGHT * least
 
 
 def farthest(refined: Refined) -> float:

@@ -84,4 +84,10 @@ def grid(n: int, step: int = 20) -> Measured:
     labels.append(np.full(len(stray), len(labels)))
     sides.append(np.ones(len(stray)))
     levels = np.tile([20.0, 200.0], (sum(map(len, points)), 1))
-    return Measured(np.concatenate(points), np.concatenate(labels), np.concatenate(sides), levels)
+    return Measured(
+        np.concatenate(points),
+        np.concatenate(labels),
+        np.concatenate(sides),
+        levels,
+        np.ones(len(levels)),
+    )

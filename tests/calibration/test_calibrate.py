@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from endocal import CalibrationSpec, calibrate
+from endocal.benchmarks.corner_floor import least_straightness
+from endocal.benchmarks.corner_score import straightness
 from endocal.calibration import lens_fit
 from endocal.calibration.calibrate import calibrate_jointly
 from endocal.errors import CalibrationError, EndocalError, UsageError
 from endocal.files import dumps
-from endocal.synth.board import render_board
+from endocal.synth.board import render_board, true_corners
 from endocal.synth.camera import ContentCircle
+from endocal.synth.fisheye_boards import fisheye_board
 from endocal.synth.random import random_board
 
 from .scenes import board
@@ -287,6 +290,17 @@ def test_a_circular_fisheye_with_the_board_at_its_rim(real_data, turns: int) -> 
     assert result.quality.verdict == "doubtful"
 
 
+def test_how_far_out_two_parameters_may_not_fold_is_told_by_the_corners() -> None:
+    """A lens by a series: not folding over all of the content costs the lines little, the corners much."""
+    scene = fisheye_board(49)
+    corners, seen = true_corners(scene)
+    assert seen.all()
+    model = calibrate(render_board(scene), CalibrationSpec(model="division2")).model
+    assert (
+        straightness(corners, model) < 1.2 * least_straightness(corners, model.size, "division2")[0]
+    )
+
+
 def corner_straightness(model, entry) -> float:
     """The straightness of rows and columns of corners, px, as the folder's README defines it."""
     a, b = entry["grid"]
@@ -319,7 +333,7 @@ def test_lines_that_tell_no_lens_are_refused() -> None:
     """Parabolas of one kind are straight under a centre far outside the picture."""
     h, w = 540, 720
     y, x = np.mgrid[:h, :w]
-    stripes = np.floor((y + ((x - 360) / 45.0) ** 2) / 30) % 2
+    stripes = np.floor((y + ((x - 420) / 45.0) ** 2) / 30) % 2
     picture = cv2.GaussianBlur((40 + 170 * stripes).astype(np.uint8), (0, 0), 1.0)
     with pytest.raises(CalibrationError, match="tell no lens"):
         calibrate(picture)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,10 @@ CROSSING = 8.0
 DIRECTION = 6
 # Near a crossing, px along the line from the last profile on its side, and at most this share of a square.
 CLEAR, CLEAR_SHARE = 2.5, 0.2
-# Where an edge ends, it turns a corner, which blur rounds: so many px, at most this share of the edge; it
-# ends at a gap of more than so many px.
-CORNER, CORNER_SHARE, GAP = 5.0, 0.4, 3.0
+# Where an edge ends, it turns a corner, which blur rounds: so many px are left out, at most this share of
+# the edge; it ends at a gap of more than so many px. The two corners of a bar's end turn opposite ways, and
+# draw it off by as much to either side: that turns the end and does not move it, and it has few points.
+CORNER, CORNER_SHARE, GAP = 1.2, 0.4, 3.0
 # Points of two lines nearer to each other than this, px, where the lines run along each other (the cosine of
 # their angle), are one edge measured twice; a line with this share of such points is none of its own.
 TWICE, ALONG, MOST_AGAIN = 1.5, 0.95, 0.3
@@ -115,7 +116,7 @@ def _in_order(measured: Measured, labels: Labels) -> Measured:
             # Gone along the other way, left is right.
             sides[points] *= 1 if along[points[-1]] >= along[points[0]] else -1
     order = np.lexsort((along, labels))
-    return Measured(measured.points[order], labels[order], sides[order], measured.levels[order])
+    return replace(measured, sides=sides).in_order(order, labels[order])
 
 
 def _changes_of_side(measured: Measured) -> _Changes:

@@ -15,9 +15,10 @@ from ..board.pattern import clear_of_corners, join_pieces, measured_once, on_boa
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
 from ..measure.growth import growth_columns
-from ..measure.profiles import Measured, measure, smooth_for_profiles
+from ..measure.matched import measure_matched
+from ..measure.profiles import Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
-from .misfit import Misfit, misfit, trust_by_line, trust_by_magnification
+from .misfit import Misfit, misfit, trust_by_magnification
 from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma
 
 # Lines that a fit needs at least.
@@ -32,7 +33,7 @@ NOISY = 0.05
 # A lens departs from the model where its lines stay bent by more than this share of the noise; then so many
 # rounds find the weights of its points, and a residual is an outlier so many times later.
 MODEL_HOLDS = 1.0
-OWN_NOISE_ROUNDS = 2
+INFORMED_ROUNDS = 2
 CORRECTED_ROUNDS = 2
 CORRECTED_SOFTNESS = 2.0
 # The softness of a last fit, px, at least.
@@ -95,13 +96,9 @@ def fit_measured(
 
     ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
     """
-    smooth = [smooth_for_profiles(view.grey) for view in views]
-    noisy = False
+    smooth = [smoothed(view.grey) for view in views]
+    measured = [_measured(s, *line, params) for s, line in zip(smooth, lines, strict=True)]
     for number in range(MOST_ROUNDS):
-        measured = [
-            _measured(s, *line, params, number > 0, noisy)
-            for s, line in zip(smooth, lines, strict=True)
-        ]
         whole = [join_pieces(part) for part in measured]
         boards = [on_board(part) for part in whole]
         parts = [
@@ -119,11 +116,15 @@ def fit_measured(
         few = everything.thinned(ENOUGH_POINTS)
         fit = _fit(few, params, reach, prior, max(0.1, sigma), content)
         params, sigma = fit.params, fit.sigma
-        lines = [(part.points, part.labels) for part in parts]
         if number == 0:
             noisy = _noise(everything, fit) > NOISY
         elif all(a is b for a, b in zip(measured, whole, strict=True)):
             break
+        if number < MOST_ROUNDS - 1:
+            measured = [
+                _measured_again(view, s, part, params, board is not None, noisy)
+                for view, s, part, board in zip(views, smooth, parts, boards, strict=True)
+            ]
     fit = _fit(everything, params, reach, prior, _softness(sigma), content)
     on_a_board = any(board is not None for board in boards)
     refined = Refined(fit, everything, view_of, on_a_board)
@@ -183,15 +184,16 @@ def magnified(refined: Refined, reach: float, prior: Prior, content: float) -> R
 
 
 def _weighted(m: Measured, fit: Fit, reach: float, prior: Prior, content: float) -> Fit:
-    """Fit lines of no board again: by magnification where the lens departs, else with each line's own noise.
+    """Fit lines of no board again: by magnification where the lens departs, else by what each point tells.
 
-    The lines of a board share their noise; other straight things are edges of all kinds.
+    The edges of a board are alike; other straight things are edges of all kinds.
     """
     if departure_from_model(fit, m.labels).ratio >= MODEL_HOLDS:
         return _magnified(m, fit, reach, prior, content)
-    for _ in range(OWN_NOISE_ROUNDS):
-        trust = trust_by_line(fit.residuals, m.labels)
-        fit = _fit(m, fit.params, reach, prior, fit.softness, content, trust)
+    trust = m.information / m.information.mean()
+    for _ in range(INFORMED_ROUNDS):
+        softness = _softness(robust_sigma(np.sqrt(trust) * fit.residuals))
+        fit = _fit(m, fit.params, reach, prior, softness, content, trust)
     return fit
 
 
@@ -247,12 +249,22 @@ def misfit_of_views(
     return out
 
 
-def _measured(
-    smooth: Grey, points: Floats, labels: Labels, params: Floats, follow: bool, steps: bool
-) -> Measured:
+def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
     if len(points) == 0:
         return Measured.none()
-    measured = measure(smooth, points, labels, params, follow, steps)
+    measured = measure(smooth, points, labels, params)
+    return measured.take(np.ones(len(measured.points), bool))
+
+
+def _measured_again(
+    view: View, smooth: Grey, lines: Measured, params: Floats, board: bool, noisy: bool
+) -> Measured:
+    """Measure the lines of a view where they were measured before."""
+    if len(lines.points) == 0:
+        return lines
+    if not board:
+        return measure_matched(view.grey, smooth, lines, params)
+    measured = measure(smooth, lines.points, lines.labels, params, True, noisy)
     return measured.take(np.ones(len(measured.points), bool))
 
 
@@ -262,10 +274,5 @@ def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:
     for part in parts:
         labels.append(part.labels + count)
         count += int(part.labels.max()) + 1 if len(part.labels) else 0
-    joined = Measured(
-        np.concatenate([p.points for p in parts]),
-        np.concatenate(labels),
-        np.concatenate([p.sides for p in parts]),
-        np.concatenate([p.levels for p in parts]),
-    )
+    joined = Measured.joined(parts, np.concatenate(labels))
     return joined, np.repeat(np.arange(len(parts)), [len(p.points) for p in parts])

@@ -54,19 +54,6 @@ def misfit(residuals: Floats, labels: Labels, outlying: float) -> Misfit:
     return Misfit(noise, float(np.sqrt(max(total**2 - noise**2, 0.0))))
 
 
-def trust_by_line(residuals: Floats, labels: Labels) -> Floats:
-    """Weights (n,), 1 in the mean, of points on lines that are noisier than usual: less by the variance.
-
-    ``residuals`` (n,) px. Edges of low contrast and things that are hardly straight are told by it.
-    """
-    noise = np.array(
-        [robust_sigma(residuals[labels == line]) for line in range(int(labels.max()) + 1)]
-    )
-    usual = max(robust_sigma(residuals), LEAST_NOISE / 4)
-    trust = np.minimum(1.0, (usual / np.maximum(noise, 1e-9)) ** 2)[labels]
-    return np.asarray(trust / trust.mean())
-
-
 def trust_by_magnification(points: Floats, labels: Labels, params: Floats, ratio: float) -> Floats:
     """Weights (n,), 1 in the mean, of points whose variance is noise plus bend over magnification, squared.
 

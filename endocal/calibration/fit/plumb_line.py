@@ -12,6 +12,9 @@ from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
 # How far bright areas may seem to grow, px by unit of a column: one standard deviation of what is believed
 # beforehand.
 GROWTH_SPREAD = 0.5
+# What is believed beforehand weighs beside residuals as one standard deviation of theirs, half a softness.
+# Profiles are averaged, and neighbours err alike: about six points in a row tell as much as one alone.
+PULL = 0.5 * np.sqrt(6)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
 # A line that alone tells so much of something has no residuals to tell its own error by.
@@ -75,17 +78,16 @@ def fit_model(
     """Fit (lam, cx, cy[, lam2]) to points (n, 2) with line labels (n,), starting at ``start``.
 
     ``radius`` px is the length by which the parameters are scaled; residuals beyond ``softness`` px count
-    ever less (Cauchy). The prior weighs as much as one line's evidence: it decides only what the picture
-    leaves open. With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines seen
-    from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines. The
-    two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
+    ever less (Cauchy). With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines
+    seen from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines.
+    The two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
     the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted.
     """
     trust = np.ones(len(points)) if trust is None else trust
     root = np.sqrt(trust)
     free = [i for i in range(len(start)) if not (held or (prior.fixed and i in (1, 2)))]
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
-    pull = softness * np.sqrt(len(points) / (int(labels.max()) + 1))
+    pull = softness * PULL
     weights = trust
     columns = np.empty((len(points), 0)) if growth is None else growth
 
@@ -106,6 +108,14 @@ def fit_model(
         return np.concatenate([root * r, pull * np.array(beliefs)])
 
     n = len(points)
+
+    def loss(z: Floats) -> Floats:
+        """Cauchy's for residuals, squares for beliefs: a far one counts in full."""
+        rho = np.stack([z, np.ones_like(z), np.zeros_like(z)])
+        weight = 1 / (1 + z[:n])
+        rho[:, :n] = np.log1p(z[:n]), weight, -(weight**2)
+        return rho
+
     x = np.zeros(len(free) + columns.shape[1])
     weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
     if len(x):
@@ -113,7 +123,7 @@ def fit_model(
             misfit,
             x,
             method="trf",
-            loss="cauchy",
+            loss=loss,
             f_scale=softness,
             x_scale="jac",
             bounds=_bounds(start[free] / unit, len(x)),

@@ -33,7 +33,7 @@ def courses(points: Floats, labels: Labels, params: Floats, follow: bool) -> Cou
     from the model.
     """
     at, owner = _along_lines(points, labels, params)
-    normals = _normals(at, owner, points, labels, params)
+    normals = normals_of(at, owner, points, labels, params)
     if follow:
         at = at + _departures(at, owner, points, labels, params)[:, None] * normals
     return Courses(at, owner, normals)
@@ -70,7 +70,7 @@ def _distorted(u: Floats, model: DivisionModel) -> Floats:
     return u * model.radial_ratio((u * u).sum(axis=1))[:, None]
 
 
-def _normals(at: Floats, owner: Labels, points: Floats, labels: Labels, params: Floats) -> Floats:
+def normals_of(at: Floats, owner: Labels, points: Floats, labels: Labels, params: Floats) -> Floats:
     """Unit normals (n, 2), in the distorted picture, of the lines at the places ``at``."""
     under = Undistorted.of(points, params)
     lines = fit_lines(under.u, labels, int(labels.max()) + 1, under.denominator**2)

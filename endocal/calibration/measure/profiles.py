@@ -6,6 +6,7 @@ unbiased there, where the gradient of the blurred crossing turns away from the l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -34,23 +35,49 @@ class Measured:
     """Edge points in order along their lines.
 
     ``points`` (n, 2) px; ``labels`` (n,) of their lines; ``sides`` (n,), +1 where the left is bright as one
-    goes along the line, -1 where the right is; ``levels`` (n, 2), grey levels of the dark and bright side.
+    goes along the line, -1 where the right is; ``levels`` (n, 2), grey levels of the dark and bright side;
+    ``information`` (n,): the inverse of the variance that white noise gives a point, but for a factor that
+    they share.
     """
 
     points: Floats
     labels: Labels
     sides: Floats
     levels: Floats
+    information: Floats
 
     @classmethod
     def none(cls) -> Measured:
         """No point at all."""
-        return cls(np.empty((0, 2)), np.empty(0, np.intp), np.empty(0), np.empty((0, 2)))
+        return cls(
+            np.empty((0, 2)), np.empty(0, np.intp), np.empty(0), np.empty((0, 2)), np.empty(0)
+        )
 
     def take(self, chosen: NDArray[np.bool_]) -> Measured:
         """Return some of the points, by mask, with labels renumbered from 0."""
         labels = np.unique(self.labels[chosen], return_inverse=True)[1].astype(np.intp)
-        return Measured(self.points[chosen], labels, self.sides[chosen], self.levels[chosen])
+        return self.in_order(np.flatnonzero(chosen), labels)
+
+    def in_order(self, order: Labels, labels: Labels) -> Measured:
+        """Return the points at the indices ``order`` (m,), with new ``labels`` (m,)."""
+        return Measured(
+            self.points[order],
+            labels,
+            self.sides[order],
+            self.levels[order],
+            self.information[order],
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Measured], labels: Labels) -> Measured:
+        """Return the points of all parts, one part after the other, with new ``labels``."""
+        return cls(
+            np.concatenate([p.points for p in parts]),
+            labels,
+            np.concatenate([p.sides for p in parts]),
+            np.concatenate([p.levels for p in parts]),
+            np.concatenate([p.information for p in parts]),
+        )
 
     def thinned(self, most: int) -> Measured:
         """Return every second, third, … point, so that about ``most`` remain."""
@@ -60,9 +87,9 @@ class Measured:
         return self.take(np.arange(len(self.points)) % step == 0)
 
 
-def smooth_for_profiles(grey: Grey) -> Grey:
-    """The picture that ``measure`` samples."""
-    return np.asarray(cv2.GaussianBlur(grey, (0, 0), SMOOTHING, borderType=cv2.BORDER_REPLICATE))
+def smoothed(grey: Grey, size: float = SMOOTHING) -> Grey:
+    """The picture that ``measure`` samples, smoothed by ``size`` px (sigma)."""
+    return np.asarray(cv2.GaussianBlur(grey, (0, 0), size, borderType=cv2.BORDER_REPLICATE))
 
 
 def measure(
@@ -93,7 +120,9 @@ def measure(
     ends = np.stack([levels[rows, reach - looked], levels[rows, reach + looked]], axis=1)
     points = along.at[good] + edges.offsets[good, None] * along.normals[good]
     sides = np.sign(edges.heights[good])
-    return Measured(points, along.owner[good], sides, np.sort(ends, axis=1))
+    # The steeper an edge, the less noise moves it.
+    told = strength[good] ** 2
+    return Measured(points, along.owner[good], sides, np.sort(ends, axis=1), told)
 
 
 def _steepest(levels: Floats) -> Steps:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from endocal.calibration.board.crossings import corners_of
@@ -19,7 +21,7 @@ def bent(measured: Measured, growth: float = 0.0) -> Measured:
     )
     normal = np.where(down[measured.labels][:, None], (1.0, 0.0), (0.0, 1.0))
     points = measured.points + growth * measured.sides[:, None] * normal
-    return Measured(curved(points), measured.labels, measured.sides, measured.levels)
+    return replace(measured, points=curved(points))
 
 
 def curved(points: np.ndarray) -> np.ndarray:

@@ -20,13 +20,12 @@ def cut(measured: Measured, line: int, at: float, lap: float = 0.0) -> Measured:
     beyond = (measured.labels == line) & (measured.points[:, axis] > at)
     labels = np.where(beyond, new, measured.labels)
     both = (measured.labels == line) & beyond & (measured.points[:, axis] < at + lap)
-    points = np.concatenate([measured.points, measured.points[both]])
     labels = np.concatenate([labels, measured.labels[both]])
-    sides = np.concatenate([measured.sides, measured.sides[both]])
-    levels = np.concatenate([measured.levels, measured.levels[both]])
+    pieces = Measured.joined([measured, measured.take(both)], labels)
+    points = pieces.points
     along = np.where(np.isin(labels, (line, new)), points[:, axis], np.arange(len(points)))
     order = np.lexsort((along, labels))
-    return Measured(points[order], labels[order], sides[order], levels[order])
+    return pieces.in_order(order, labels[order])
 
 
 def labels_of(measured: Measured, whole: Measured, line: int) -> set[int]:

@@ -1,5 +1,7 @@
 """What of the measured lines is the pattern, where its corners are kept clear of, and what is found twice."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from endocal.calibration.board.pattern import clear_of_corners, measured_once, merge_twins, on_board
@@ -43,11 +45,11 @@ def test_points_next_to_a_crossing_or_a_corner_are_left_out() -> None:
         from_corner = np.abs((along + 10) % 20 - 10)
         inner = (along > 10) & (along < 150)
         assert (from_corner[inner & clear[own]] > 4).all()
-        assert not clear[own][along < along.min() + 4].any()
+        assert not clear[own][along < along.min() + 1.2].any()
         assert np.count_nonzero(clear[own]) > 0.5 * np.count_nonzero(own)
     stray = clear[measured.labels == measured.labels.max()]
     assert stray[6:-6].all(), "it never changes sides"
-    assert not stray[:4].any()
+    assert not stray[:2].any()
     assert clear_of_corners(Measured.none(), False).shape == (0,)
 
 
@@ -59,11 +61,12 @@ def test_the_ends_of_bars_are_told_by_their_middles() -> None:
         np.zeros(len(x), np.intp),
         np.ones(len(x)),
         np.tile([20.0, 200.0], (len(x), 1)),
+        np.ones(len(x)),
     )
     kept = x[clear_of_corners(row, board=False)] % 40
-    assert kept.min() >= 5
-    assert kept.max() <= 14
-    assert len(kept) == 5 * 10
+    assert kept.min() >= 2
+    assert kept.max() <= 17
+    assert len(kept) == 5 * 16
 
 
 def test_a_line_found_again_counts_once() -> None:
@@ -71,12 +74,9 @@ def test_a_line_found_again_counts_once() -> None:
     own = np.flatnonzero(measured.labels == 4)
     again = own[len(own) // 4 : len(own) // 2]
     count = int(measured.labels.max()) + 1
-    twice = Measured(
-        np.concatenate([measured.points, measured.points[again] + 0.4]),
-        np.concatenate([measured.labels, np.full(len(again), count)]),
-        np.concatenate([measured.sides, measured.sides[again]]),
-        np.concatenate([measured.levels, measured.levels[again]]),
-    )
+    part = measured.in_order(again, np.full(len(again), count))
+    part = replace(part, points=part.points + 0.4)
+    twice = Measured.joined([measured, part], np.concatenate([measured.labels, part.labels]))
     once = measured_once(twice)
     assert once[: len(measured.points)].all(), "the longer line, and lines that only cross it, stay"
     assert not once[len(measured.points) :].any()

@@ -73,6 +73,26 @@ def test_what_one_line_alone_tells_is_stated_as_far_as_others_err() -> None:
     assert np.all((spread > 0.2) & (spread < 1.3)), spread
 
 
+def test_what_is_believed_of_the_centre_weighs_as_it_should_beside_noise() -> None:
+    """A belief as sure as the lines themselves, and far off, moves the centre by what Bayes' rule says."""
+    exact, labels, _ = line_points(TRUTH, count=12)
+    noise, wide = 0.2, 1e4
+    moved = []
+    for seed in range(8):
+        # Each point is the mean of five profiles, as those that are measured: it errs as its neighbours do.
+        raw = np.random.default_rng(seed).normal(0, noise, (len(exact) + 4, 2))
+        points = exact + sum(raw[i : i + len(exact)] for i in range(5)) / 5
+        free = fit_model(points, labels, TRUTH, 300, Prior(tuple(TRUTH[1:]), (wide, wide)), 0.2)
+        # So many points that err together tell as much as if each had the noise of one profile.
+        information = free.jacobian[:, :3].T @ free.jacobian[:, :3] / noise**2
+        spread = np.sqrt(np.linalg.inv(information)[1, 1])
+        belief = Prior((free.params[1] - 3 * spread, free.params[2]), (spread, wide))
+        fit = fit_model(points, labels, free.params, 300, belief, 2 * free.sigma)
+        moved.append((free.params[1] - fit.params[1]) / spread)
+    # Half of the way, and a little more: the robust loss takes two thirds of what residuals tell.
+    assert 1.5 <= np.mean(moved) < 2.0
+
+
 def test_a_given_centre_is_kept() -> None:
     points, labels, _ = line_points(TRUTH)
     prior = Prior(tuple(TRUTH[1:]), (0.0, 0.0))
