@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..measure.profiles import Measured
+from ..measure.profiles import GAP, Measured
 from ..straightness import Floats, Labels, Undistorted, fit_lines
 from .lattice import Crossings, joined
 
@@ -26,10 +26,6 @@ CROSSING = 8.0
 DIRECTION = 6
 # Near a crossing, px along the line from the last profile on its side, and at most this share of a square.
 CLEAR, CLEAR_SHARE = 2.5, 0.2
-# Where an edge ends, it turns a corner, which blur rounds: so many px are left out, at most this share of
-# the edge; it ends at a gap of more than so many px. The two corners of a bar's end turn opposite ways, and
-# draw it off by as much to either side: that turns the end and does not move it, and it has few points.
-CORNER, CORNER_SHARE, GAP = 1.2, 0.4, 3.0
 # Points of two lines nearer to each other than this, px, where the lines run along each other (the cosine of
 # their angle), are one edge measured twice; a line with this share of such points is none of its own.
 TWICE, ALONG, MOST_AGAIN = 1.5, 0.95, 0.3
@@ -132,11 +128,10 @@ def _changes_of_side(measured: Measured) -> _Changes:
     return _Changes(((before + after) / 2)[changed], labels, index, _ways(measured, index, labels))
 
 
-def clear_of_corners(measured: Measured, board: bool) -> NDArray[np.bool_]:
-    """Which points (n,) lie far enough from where their edge ends or changes sides to be told without bias.
+def clear_of_crossings(measured: Measured) -> NDArray[np.bool_]:
+    """Which points (n,) lie far enough from where their line crosses another to be told without bias.
 
-    Two edges that cross at a slant, or meet at a corner, draw each other off their courses, as far as
-    smoothing and blur reach. On a ``board`` only crossings count: its lines go on beyond them.
+    Two edges that cross at a slant draw each other off their courses, as far as smoothing and blur reach.
     """
     if len(measured.points) == 0:
         return np.ones(0, bool)
@@ -151,10 +146,9 @@ def clear_of_corners(measured: Measured, board: bool) -> NDArray[np.bool_]:
     count = last - first + 1
     length = along[last] - along[first]
     at_crossing = np.minimum(CLEAR, CLEAR_SHARE * length)
-    at_corner = 0.0 if board else np.minimum(CORNER, CORNER_SHARE * length)
-    low = along[first] + np.where(crossed[first], at_crossing, at_corner)
+    low = along[first] + np.where(crossed[first], at_crossing, 0)
     goes_on = np.append(crossed[first[1:]], False)
-    high = along[last] - np.where(goes_on, at_crossing, at_corner)
+    high = along[last] - np.where(goes_on, at_crossing, 0)
     return (along >= np.repeat(low, count)) & (along <= np.repeat(high, count))
 
 

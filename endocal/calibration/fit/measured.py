@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..board.pattern import clear_of_corners, join_pieces, measured_once, on_board
+from ..board.pattern import clear_of_crossings, join_pieces, measured_once, on_board
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
 from ..measure.growth import growth_columns
@@ -105,12 +105,7 @@ def fit_measured(
             part.take(measured_once(part) if board is None else board)
             for part, board in zip(whole, boards, strict=True)
         ]
-        everything, view_of = _joined(
-            [
-                part.take(clear_of_corners(part, board is not None))
-                for part, board in zip(parts, boards, strict=True)
-            ]
-        )
+        everything, view_of = _joined([part.take(clear_of_crossings(part)) for part in parts])
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
         few = everything.thinned(ENOUGH_POINTS)

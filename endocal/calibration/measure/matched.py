@@ -17,15 +17,16 @@ from ..image.picture import Grey
 from ..image.sampling import sample
 from ..straightness import Floats, Labels
 from .courses import normals_of
-from .profiles import SMOOTHING, Measured, measure, smoothed
+from .edge_ends import on_their_edges
+from .profiles import GAP, SMOOTHING, Measured, measure, smoothed
 
 # Smoothing over blur: noise then moves points 4 % farther than at the least, with a quarter less smoothing.
 OVER_BLUR = 1.7
 # Smoothing, px, at least and at most, in steps of which two neighbours differ little.
 SCALES = np.array([0.9, 1.2, 1.6, 2.0, 2.5])
-# An edge is as long as this many times the smoothing: the short ends of bars are rounded at both corners. But
-# with less smoothing than blur, noise moves them farther than corners do.
-LENGTHS = 16.0
+# An edge is as long as this many times the smoothing: what the corners of a bar's short end leave of it is
+# otherwise too little. But with less smoothing than blur, noise moves points farther than corners do.
+LENGTHS = 10.0
 # The next edge beside a line is so many times as far away as the edge is wide once smoothed, or farther: then
 # it moves the steepest place by a thousandth of that width.
 ROOM = 4.0
@@ -34,8 +35,6 @@ ROOM = 4.0
 SPARSE, NEIGHBORS, ACROSS, TIGHTEST = 4, 24, 0.8, 0.1
 # Lines that turn from each other by more than this cosine meet at a corner, and do not run beside each other.
 ALONG = 0.9
-# Between two edges of a line lies a gap of more than so many px.
-GAP = 3.0
 # What taking differences over two px, and sampling between pixels, add to the variance of a blur, px^2.
 DIFFERENCES, BETWEEN = 1 / 3, 1 / 6
 # A blur, px, is no narrower than what a pixel's own area makes of a sharp edge.
@@ -58,7 +57,9 @@ def measure_matched(grey: Grey, smooth: Grey, lines: Measured, params: Floats) -
         numbers, labels = np.unique(lines.labels[own], return_inverse=True)
         part = measure(smoothed(grey, size), lines.points[own], labels, params, follow=True)
         parts.append((_informed(part, size, blur[numbers[part.labels]]), numbers[part.labels]))
-    return _in_line_order(parts)
+    widths = np.sqrt(scale**2 + blur**2 + DIFFERENCES + BETWEEN)
+    whole, numbers = _in_line_order(parts)
+    return on_their_edges(whole, widths[numbers], params)
 
 
 def _informed(part: Measured, size: float, blur: Floats) -> Measured:
@@ -113,9 +114,10 @@ def usual_lengths(lines: Measured) -> Floats:
     return np.array([np.median(length[lines.labels == i]) for i in range(count)])
 
 
-def _in_line_order(parts: list[tuple[Measured, Labels]]) -> Measured:
-    """The points of all parts, line after line, with their labels, renumbered from 0."""
+def _in_line_order(parts: list[tuple[Measured, Labels]]) -> tuple[Measured, Labels]:
+    """The points of all parts, line after line, labels renumbered from 0, and what these were before."""
     labels = np.concatenate([own for _, own in parts])
     order = np.argsort(labels, kind="stable")
-    numbered = np.unique(labels[order], return_inverse=True)[1].astype(np.intp)
-    return Measured.joined([part for part, _ in parts], labels).in_order(order, numbered)
+    before, numbered = np.unique(labels[order], return_inverse=True)
+    whole = Measured.joined([part for part, _ in parts], labels)
+    return whole.in_order(order, numbered.astype(np.intp)), before

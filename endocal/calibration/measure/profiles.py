@@ -28,6 +28,8 @@ REACH = 3
 # A profile counts where its edge has this share of the line's usual strength, this quantile: it has less near
 # a crossing, and none between the ends of bars.
 LEAST_STRENGTH, USUAL = 0.4, 0.75
+# Between two edges of a line lies a gap of more than so many px.
+GAP = 3.0
 
 
 @dataclass(frozen=True)

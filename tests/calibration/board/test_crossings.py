@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from endocal.calibration.board.crossings import corners_of
-from endocal.calibration.board.pattern import clear_of_corners
+from endocal.calibration.board.pattern import clear_of_crossings
 from endocal.calibration.measure.profiles import Measured
 
 from ..scenes import grid
@@ -32,7 +32,7 @@ def curved(points: np.ndarray) -> np.ndarray:
 
 def places_and_errors(measured: Measured) -> tuple[np.ndarray, np.ndarray]:
     """The places of the corners found, and how far each lies from the nearest true one, px."""
-    found = corners_of(measured.take(clear_of_corners(measured, True)))
+    found = corners_of(measured.take(clear_of_crossings(measured)))
     i, j = np.meshgrid(20.0 * np.arange(1, 8), 20.0 * np.arange(1, 8))
     true = curved(np.stack([i, j], axis=-1).reshape(-1, 2))
     away = np.linalg.norm(found.points[:, None] - true, axis=2)

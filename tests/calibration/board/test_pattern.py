@@ -4,7 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from endocal.calibration.board.pattern import clear_of_corners, measured_once, merge_twins, on_board
+from endocal.calibration.board.pattern import (
+    clear_of_crossings,
+    measured_once,
+    merge_twins,
+    on_board,
+)
 from endocal.calibration.measure.profiles import Measured
 
 from ..scenes import TRUTH, grid, line_points
@@ -33,11 +38,11 @@ def test_no_board_among_lines_that_do_not_cross() -> None:
     assert on_board(Measured.none()) is None
 
 
-def test_points_next_to_a_crossing_or_a_corner_are_left_out() -> None:
-    """Runs are cut where their line goes on with the other side bright, and where they end."""
+def test_points_next_to_a_crossing_are_left_out() -> None:
+    """Runs are cut where their line goes on with the other side bright, and not where they end."""
     measured = grid(8)
-    assert clear_of_corners(measured, board=True)[measured.labels == measured.labels.max()].all()
-    clear = clear_of_corners(measured, board=False)
+    clear = clear_of_crossings(measured)
+    assert clear[measured.labels == measured.labels.max()].all(), "it never changes sides"
     for line in range(4, 8):
         own = measured.labels == line
         axis = int(np.ptp(measured.points[own][:, 1]) > np.ptp(measured.points[own][:, 0]))
@@ -45,28 +50,8 @@ def test_points_next_to_a_crossing_or_a_corner_are_left_out() -> None:
         from_corner = np.abs((along + 10) % 20 - 10)
         inner = (along > 10) & (along < 150)
         assert (from_corner[inner & clear[own]] > 4).all()
-        assert not clear[own][along < along.min() + 1.2].any()
         assert np.count_nonzero(clear[own]) > 0.5 * np.count_nonzero(own)
-    stray = clear[measured.labels == measured.labels.max()]
-    assert stray[6:-6].all(), "it never changes sides"
-    assert not stray[:2].any()
-    assert clear_of_corners(Measured.none(), False).shape == (0,)
-
-
-def test_the_ends_of_bars_are_told_by_their_middles() -> None:
-    """A row of the ends of bars: edges with gaps between them, each of which turns a corner at both ends."""
-    x = np.concatenate([np.arange(s, s + 20.0) for s in range(0, 200, 40)])
-    row = Measured(
-        np.stack([x, np.zeros_like(x)], axis=1),
-        np.zeros(len(x), np.intp),
-        np.ones(len(x)),
-        np.tile([20.0, 200.0], (len(x), 1)),
-        np.ones(len(x)),
-    )
-    kept = x[clear_of_corners(row, board=False)] % 40
-    assert kept.min() >= 2
-    assert kept.max() <= 17
-    assert len(kept) == 5 * 16
+    assert clear_of_crossings(Measured.none()).shape == (0,)
 
 
 def test_a_line_found_again_counts_once() -> None:
