@@ -12,8 +12,10 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
+from .anchor import Anchor, AnchorSpec
 from .clock import Elapsed, FrameClock
 from .doubt import GrowingDoubt, doubt_after
+from .parallax import ScaleStep
 from .rest import RestSpec, ZoomRest
 from .shift import CircleShift, ShiftSpec, shifted
 from .slow import SlowSpec, SlowZoom
@@ -55,6 +57,7 @@ class FollowSpec:
     tracking: TrackingSpec = field(default_factory=TrackingSpec)
     rest: RestSpec = field(default_factory=RestSpec)
     slow: SlowSpec = field(default_factory=SlowSpec)
+    anchor: AnchorSpec = field(default_factory=AnchorSpec)
 
     def __post_init__(self) -> None:
         if self.lookup not in LOOKUPS:
@@ -89,6 +92,7 @@ class ZoomFollower:
         self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
         self._rest = ZoomRest(spec.rest)
         self._slow = SlowZoom(spec.slow)
+        self._anchor = Anchor(spec.anchor)
         self._is_tracking = False
         self._doubt = GrowingDoubt(spec.memory)
         # The speed of a zoom, per s, that nothing tells any more; it may go on.
@@ -177,6 +181,11 @@ class ZoomFollower:
                 self._slow.restart()
                 self._doubt.restart()
                 self._tracker.step(luma, self._table, state.diameter, shift=self._shift.value)
+                self._anchor.forget()
+                if self._tracker.picture is not None:
+                    self._anchor.begin(
+                        self._tracker.picture, self._table, state.diameter, self._shift.value
+                    )
                 self._is_tracking = True
                 self._abandoned = 0.0
             return ""
@@ -192,20 +201,42 @@ class ZoomFollower:
             )
             if self._tracker.was_cut:
                 state.widen(spec.cut)
+                self._anchor.forget()
                 step = None
         if step is None:
             self._rest.forget()
             self._abandon(elapsed, seconds)
             deviation = math.hypot(spec.held, self._abandoned)
-            state.scale(0.0, math.sqrt(self._doubt.grow(deviation, seconds)), elapsed)
+            growth = self._doubt.grow(deviation, seconds)
+            state.scale(0.0, math.sqrt(growth), elapsed)
+            self._anchor.doubt(growth)
             return ""
         self._abandoned = 0.0
         zoom = self._rest.take(step, seconds)
         before = self._slow.logarithm
         self._slow.take(zoom.seeming, zoom.seeming_doubt, seconds)
         logarithm = zoom.logarithm + self._slow.logarithm - before
-        state.scale(logarithm, math.sqrt(self._doubt.grow(zoom.doubt, seconds)), elapsed)
+        growth = self._doubt.grow(zoom.doubt, seconds)
+        state.scale(logarithm, math.sqrt(growth), elapsed)
+        self._anchor.doubt(growth)
+        self._hold(step, seconds)
         return "tracked"
+
+    def _hold(self, step: ScaleStep, seconds: float) -> None:
+        """Hold the sum of the steps to what the key picture says."""
+        picture = self._tracker.picture
+        if picture is None:
+            return
+        more = self._anchor.take(
+            picture,
+            self._table,
+            self._filter.diameter,
+            self._shift.value,
+            step,
+            seconds,
+            self._slow.sigma**2,
+        )
+        self._filter.pull(more.logarithm, more.variance)
 
     def _abandon(self, elapsed: Elapsed, seconds: float) -> None:
         """Stop, and remember for a while the speed that a zoom had till now."""

@@ -39,11 +39,16 @@ def best_corners(image: Luma, count: int, spacing: float, worth: float) -> Place
     return np.empty((0, 1, 2), np.float32) if corners is None else np.asarray(corners, np.float32)
 
 
-def follow_places(last: Luma, current: Luma, places: Places) -> tuple[Places, NDArray[np.bool_]]:
-    """Follow places by Lucas and Kanade's method, there and back; those that do not come back are lost."""
+def follow_places(
+    last: Luma, current: Luma, places: Places, window: int = 17, levels: int = 3
+) -> tuple[Places, NDArray[np.bool_]]:
+    """Follow places by Lucas and Kanade's method, there and back; those that do not come back are lost.
+
+    What lies within a ``window`` px wide is compared, in the pictures and in ``levels`` halved ones.
+    """
     settings: dict[str, Any] = {
-        "winSize": (17, 17),
-        "maxLevel": 3,
+        "winSize": (window, window),
+        "maxLevel": levels,
         "criteria": (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 15, 0.02),
     }
     # OpenCV takes None for places that it is to make room for, whatever its annotations say.

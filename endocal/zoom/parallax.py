@@ -18,20 +18,15 @@ from numpy.typing import NDArray
 
 from ..model import DivisionModel
 from .likeness import Likeness
+from .robust import biweight, spread
+from .view import Points, guessed_focal, undistorted
 
-Points = NDArray[np.float64]
-
-_TUKEY = 4.685
 _FIT_ROUNDS = 6
-# The median of a two-dimensional normal residual's length is so many standard deviations.
-_MEDIAN_LENGTH = 1.1774
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
 _SHIFT, _APPROACH, _SHAPE, _ZOOM = slice(3, 5), 5, slice(6, 11), 11
 # Of the shape's five, those of second order.
 _BENDS = slice(2, 5)
 _ALONG_AXIS = [_ZOOM, _APPROACH]
-# No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
-_STRAIGHTEST = 0.1
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,8 @@ class ScaleStep(NamedTuple):
     them (``information``, (2, 2)) @ (zoom, approach) = ``target`` (2,), with the inverse of ``information``
     as their covariance. ``lasting`` is which part of their errors is the same in the steps that follow, from
     0 to 1, and ``curved`` by how much the scene's relative inverse depth is known to bend: the length of the
-    quadratic's coefficients of second order.
+    quadratic's coefficients of second order. ``generator`` (3, 3) is how the camera's motion moved the
+    undistorted places of a plane: the homography about halfway, less the identity.
     """
 
     logarithm: float
@@ -81,6 +77,7 @@ class ScaleStep(NamedTuple):
     aside: Points
     lasting: float = 1.0
     curved: float = 0.0
+    generator: Points = np.zeros((3, 3))
 
 
 class SceneShape:
@@ -114,9 +111,8 @@ class SceneShape:
         """
         spec = self._spec
         strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
-        bend = max(abs(strength + strength2 / 4), _STRAIGHTEST)
-        focal = math.sqrt(spec.focal / bend)
-        start, _ = _undistorted(before / diameter, strength, strength2)
+        focal = guessed_focal(strength, strength2, spec.focal)
+        start, _ = undistorted(before / diameter, strength, strength2)
         known = self._known(rests, spec.approach if hand is None else hand)
         shape, motion, logarithm = self._shape, np.zeros(12), 0.0
         weight, scale = np.ones(len(before)), 0.0
@@ -124,13 +120,13 @@ class SceneShape:
             # The later picture, as far as the zoom is known; the rest of it is fitted.
             zoomed = diameter * math.exp(logarithm)
             late = after - np.multiply(drift, logarithm)
-            end, stretch = _undistorted(late / zoomed, strength, strength2)
+            end, stretch = undistorted(late / zoomed, strength, strength2)
             # Residuals count in distorted px, where the places were measured.
             back = zoomed * np.linalg.inv(stretch)
             shift = np.einsum("nij,nj->ni", back, end - start)
             flow = _camera_flow((start + end) / 2, focal, shape, motion)
             design = np.concatenate([back @ flow, (late + drift)[..., None]], axis=2)
-            scale = max(scale or _spread(shift), noise)
+            scale = max(scale or spread(shift), noise)
             # Noise is each place's own; of what is beyond it, neighbours share a rough scene's part.
             crowd = max(float(weight.sum()) / spec.patches, 1.0)
             shared = 1 + self._part(self._likeness.alike) * (crowd - 1)
@@ -146,8 +142,8 @@ class SceneShape:
             shape = shape + np.clip(motion[_SHAPE], -spec.shape, spec.shape)
             residual = shift - design @ motion
             logarithm += float(np.clip(motion[_ZOOM], -spec.zoom * 5, spec.zoom * 5))
-            scale = max(_spread(residual), noise)
-            weight = np.maximum(1 - (residual**2).sum(axis=1) / (_TUKEY * scale) ** 2, 0) ** 2
+            scale = max(spread(residual), noise)
+            weight = biweight(residual, scale)
         self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
         self._likeness.learn(before, residual, weight)
         sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
@@ -163,6 +159,7 @@ class SceneShape:
             motion[_SHIFT],
             self._part(self._likeness.lasting),
             self._curved,
+            _generator(motion, shape, focal),
         )
 
     @property
@@ -211,17 +208,13 @@ def _camera_flow(
     return out
 
 
-def _spread(vectors: Points) -> float:
-    """Return the standard deviation of normal vectors (n, 2), by the median of their lengths."""
-    return math.sqrt(float(np.median((vectors**2).sum(axis=1)))) / _MEDIAN_LENGTH
-
-
-def _undistorted(
-    n: Points, strength: float, strength2: float
-) -> tuple[Points, NDArray[np.float64]]:
-    """Undistort offsets in units of the diameter: (n, 2), and the derivative there, (n, 2, 2)."""
-    q = (n * n).sum(axis=1)
-    denominator = 1 + q * (strength + q * strength2)
-    slope = 2 * (strength + 2 * q * strength2)
-    outer = n[:, :, None] * n[:, None, :] * (slope / denominator**2)[:, None, None]
-    return n / denominator[:, None], np.eye(2) / denominator[:, None, None] - outer
+def _generator(motion: Points, shape: Points, focal: float) -> Points:
+    """Return what a camera's motion (12,) makes of a plane that touches the scene: (3, 3)."""
+    right, down, roll = motion[:3]
+    aside, approach = motion[_SHIFT], motion[_APPROACH]
+    slope = shape[:2]
+    out = np.zeros((3, 3))
+    out[:2, :2] = np.outer(aside, slope) + approach * np.eye(2) + roll * np.array([[0, -1], [1, 0]])
+    out[:2, 2] = focal * (np.array([right, down]) + aside)
+    out[2, :2] = -(np.array([right, down]) + approach * slope) / focal
+    return out

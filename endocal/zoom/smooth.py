@@ -147,6 +147,11 @@ class DiameterFilter:
         p00 = self._p[0] + sigma * sigma
         self._p = (p00, 0.0, (sigma / elapsed.frames) ** 2 + self._spec.acceleration**2)
 
+    def pull(self, logarithm: float, variance: float) -> None:
+        """Move the estimate by what became known of this frame, which takes a ``variance`` from its own."""
+        self._log += logarithm
+        self._p = (max(self._p[0] - variance, 0.0), *self._p[1:])
+
     def recount(self, ratio: float) -> None:
         """Count from now on in frames that are ``ratio`` times as long as before."""
         self._speed *= ratio

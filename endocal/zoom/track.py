@@ -64,6 +64,11 @@ class ScaleTracker:
         self._was_cut = False
 
     @property
+    def picture(self) -> Luma | None:
+        """The last picture, reduced."""
+        return self._last
+
+    @property
     def was_cut(self) -> bool:
         """Say whether the last step showed that the scene was cut, a few frames ago."""
         return self._was_cut
