@@ -17,12 +17,10 @@ from .likeness import Likeness
 from .matching import Luma
 from .parallax import ScaleStep
 from .planar import PlanarFit
-from .shift import Offset, shifted
+from .shift import Offset
 from .table import ZoomTable
-from .view import View, guessed_focal
+from .view import center_drift, guessed_focal, view_at
 
-# Over this step of the logarithm the centre's movement is taken.
-_AHEAD = 1e-3
 # The least part of a match's weight that a rough scene leaves: it only keeps its doubt finite.
 _LITTLE = 1e-6
 
@@ -80,7 +78,8 @@ class Anchor:
 
     def begin(self, picture: Luma, table: ZoomTable, diameter: float, shift: Offset) -> None:
         """Make a picture the key, at its ``diameter`` px and the circle's ``shift`` (x, y) px."""
-        self._key = KeyPicture(picture, _view(picture, table, diameter, shift), self._spec.key)
+        view = view_at(table, diameter, shift, _reduction(picture, table))
+        self._key = KeyPicture(picture, view, self._spec.key)
         self._diameter, self._variance = diameter, 0.0
         self._aside, self._farthest = np.zeros(2), 0.0
         self._given = Correction()
@@ -117,9 +116,10 @@ class Anchor:
         if self._due < spec.interval - seconds / 2:
             return Correction()
         self._due = 0.0
-        view = _view(picture, table, self._diameter * math.exp(key.motion.logarithm), shift)
+        taken = self._diameter * math.exp(key.motion.logarithm)
+        view = view_at(table, taken, shift, _reduction(picture, table))
         hand = spec.hand * self._seconds
-        fit = key.match(picture, view, _drift(table, view), hand, self._likeness)
+        fit = key.match(picture, view, center_drift(table, taken), hand, self._likeness)
         more = Correction()
         if fit is not None:
             own = math.log(diameter / self._diameter) - self._given.logarithm
@@ -159,14 +159,5 @@ class Anchor:
         return 1 / self._spec.scale < scale < self._spec.scale
 
 
-def _view(picture: Luma, table: ZoomTable, diameter: float, shift: Offset) -> View:
-    reduction = max(1, round(table.size[1] / picture.shape[0]))
-    return View(shifted(table.at_diameter(diameter), shift), diameter, reduction)
-
-
-def _drift(table: ZoomTable, view: View) -> tuple[float, float]:
-    """Return how the distortion centre moves with the logarithm of the diameter, px of the height."""
-    here = table.at_diameter(view.diameter).center
-    ahead = table.at_diameter(view.diameter * math.exp(_AHEAD)).center
-    x, y = ((a - b) / _AHEAD for a, b in zip(ahead, here, strict=True))
-    return x * table.pixel_aspect, y
+def _reduction(picture: Luma, table: ZoomTable) -> int:
+    return max(1, round(table.size[1] / picture.shape[0]))

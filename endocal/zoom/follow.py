@@ -89,7 +89,7 @@ class ZoomFollower:
         self._table = table
         self._spec = spec
         self._filter = DiameterFilter(spec.smoothing)
-        self._tracker = ScaleTracker(table.pixel_aspect, spec.tracking)
+        self._tracker = ScaleTracker(spec.tracking)
         self._rest = ZoomRest(spec.rest)
         self._slow = SlowZoom(spec.slow)
         self._anchor = Anchor(spec.anchor)

@@ -6,24 +6,21 @@ made of them.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import DivisionModel
 from .cut import CutDetector, CutSpec
 from .matching import Luma, Places, best_corners, evened, follow_places
-from .parallax import MotionSpec, Points, ScaleStep, SceneShape
-from .shift import Offset, shifted
+from .parallax import MotionSpec, ScaleStep, SceneShape
+from .shift import Offset
 from .table import ZoomTable
+from .view import View, center_drift, view_at
 
 # Bits to a sample that cameras and codecs know.
 _DEPTHS = (8, 10, 12, 14, 16)
-# Over this step of the logarithm the centre's movement is taken.
-_AHEAD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -52,8 +49,7 @@ class TrackingSpec:
 class ScaleTracker:
     """Follows the scale of successive frames of one size."""
 
-    def __init__(self, pixel_aspect: float = 1.0, spec: TrackingSpec = TrackingSpec()) -> None:
-        self._aspect = pixel_aspect
+    def __init__(self, spec: TrackingSpec = TrackingSpec()) -> None:
         self._spec = spec
         self._last: Luma | None = None
         self._places = np.empty((0, 1, 2), np.float32)
@@ -95,10 +91,8 @@ class ScaleTracker:
         whether the zoom was at rest, and ``shift`` (x, y) px how far its centre lies from the table's.
         ``hand`` is how much nearer the camera is expected to come meanwhile, in distances to the scene.
         """
-        model = table.at_diameter(diameter)
-        drift = self._drift(table, model, diameter)
-        model = shifted(model, shift)
         reduction = max(1, round(luma.shape[0] / self._spec.height))
+        view = view_at(table, diameter, shift, reduction)
         current = self._reduced(luma, reduction)
         last, self._last = self._last, current
         self._was_cut = False
@@ -106,7 +100,7 @@ class ScaleTracker:
             self._places, self._sought = self._places[:0], 0
             return None
         if len(self._places) <= self._spec.renew * self._sought:
-            self._places = self._seek(last, reduction, model, diameter)
+            self._places = self._seek(last, view)
             self._sought = len(self._places)
         moved, found = self._follow(last, current)
         self._was_cut = self._cut.take(last, self._places, current, found)
@@ -115,11 +109,11 @@ class ScaleTracker:
         if len(after) < self._spec.least:
             return None
         return self._scene.scale_between(
-            self._offsets(before, reduction, model),
-            self._offsets(after, reduction, model),
-            model,
+            view.offsets(before),
+            view.offsets(after),
+            view.model,
             diameter,
-            drift,
+            center_drift(table, diameter),
             self._spec.noise * reduction,
             rests,
             hand,
@@ -152,23 +146,9 @@ class ScaleTracker:
         self._depth = depth
         return (small // (1 << depth - _DEPTHS[0])).astype(np.uint8)
 
-    def _drift(
-        self, table: ZoomTable, model: DivisionModel, diameter: float
-    ) -> tuple[float, float]:
-        """Return how the distortion centre moves with the logarithm of the diameter, px of the height."""
-        ahead = table.at_diameter(diameter * math.exp(_AHEAD)).center
-        x, y = ((a - b) / _AHEAD for a, b in zip(ahead, model.center, strict=True))
-        return x * self._aspect, y
-
-    def _seek(self, image: Luma, reduction: int, model: DivisionModel, diameter: float) -> Places:
+    def _seek(self, image: Luma, view: View) -> Places:
         """Find places that can be followed, away from the rim; (n, 1, 2) reduced px."""
         spec = self._spec
         places = best_corners(image, spec.points, spec.spacing, spec.worth)
-        offset = self._offsets(places[:, 0], reduction, model)
-        return places[np.hypot(offset[:, 0], offset[:, 1]) < spec.reach * diameter / 2]
-
-    def _offsets(self, places: Places, reduction: int, model: DivisionModel) -> Points:
-        """Turn reduced px into offsets from the distortion centre, in px of the height."""
-        full = (places.astype(np.float64) + 0.5) * reduction - 0.5 - model.center
-        full[:, 0] *= self._aspect
-        return full
+        offset = view.offsets(places[:, 0])
+        return places[np.hypot(offset[:, 0], offset[:, 1]) < spec.reach * view.diameter / 2]

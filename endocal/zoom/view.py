@@ -9,8 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
+from .shift import Offset, shifted
+from .table import ZoomTable
 
 Points = NDArray[np.float64]
+
+# Over this step of the logarithm the centre's movement is taken.
+_AHEAD = 1e-3
 
 # No lens is taken to be straighter than this, as lam D^2, when its focal length is guessed.
 _STRAIGHTEST = 0.1
@@ -49,6 +54,19 @@ class View:
         full = away * self.model.radial_ratio((away**2).sum(axis=1))[:, None]
         full[:, 0] /= self.model.pixel_aspect
         return np.asarray((full + self.model.center + 0.5) / self.reduction - 0.5, np.float64)
+
+
+def view_at(table: ZoomTable, diameter: float, shift: Offset, reduction: int) -> View:
+    """Return how a picture is seen where the circle is ``diameter`` px wide, and ``shift`` (x, y) px off."""
+    return View(shifted(table.at_diameter(diameter), shift), diameter, reduction)
+
+
+def center_drift(table: ZoomTable, diameter: float) -> Offset:
+    """Return how the distortion centre moves with the logarithm of the diameter, px of the height."""
+    here = table.at_diameter(diameter).center
+    ahead = table.at_diameter(diameter * math.exp(_AHEAD)).center
+    x, y = ((a - b) / _AHEAD for a, b in zip(ahead, here, strict=True))
+    return x * table.pixel_aspect, y
 
 
 def guessed_focal(strength: float, strength2: float, usual: float) -> float:
