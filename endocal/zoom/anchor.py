@@ -71,6 +71,11 @@ class Anchor:
         # Seconds since the key picture, and since it was last matched.
         self._seconds = self._due = 0.0
 
+    @property
+    def key_diameter(self) -> float:
+        """The circle's diameter in the key picture, px."""
+        return self._diameter
+
     def forget(self) -> None:
         """Begin anew with the next picture."""
         self._key = None

@@ -1,0 +1,117 @@
+"""What steps add up to, held to the zoom since a key picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from endocal.zoom.anchor import Anchor, AnchorSpec, Correction
+from endocal.zoom.parallax import ScaleStep
+from endocal.zoom.table import Setting, ZoomTable
+
+from . import scenery
+
+TABLE = ZoomTable(
+    tuple(Setting(scenery.STRENGTH / d**2, scenery.MIDDLE, d) for d in (300.0, 1500.0)),
+    scenery.SIZE,
+)
+NONE = (0.0, 0.0)
+INTERVAL = AnchorSpec().interval
+STEP = ScaleStep(0.0, 0.01, 0.0, np.eye(2), np.zeros(2), np.zeros(2), lasting=0.0)
+
+
+def begun(variance: float) -> Anchor:
+    """An anchor whose key is the scene's first picture, before steps that gathered a variance."""
+    anchor = Anchor()
+    anchor.begin(scenery.picture(), TABLE, scenery.DIAMETER, NONE)
+    anchor.doubt(variance)
+    return anchor
+
+
+def take(
+    anchor: Anchor, zoom: float, told: float, step: ScaleStep = STEP, seed: int = 1
+) -> Correction:
+    """Go on by an interval to a picture zoomed by a logarithm since the key, taken to be ``told``."""
+    picture = scenery.picture(zoom=zoom, seed=seed)
+    diameter = scenery.DIAMETER * math.exp(told)
+    return anchor.take(picture, TABLE, diameter, NONE, step, INTERVAL, 0.0)
+
+
+def test_steps_that_are_too_small_are_made_up_for() -> None:
+    more = take(begun(0.03**2), 0.1, 0.08, STEP._replace(logarithm=0.08))
+    assert more.logarithm == pytest.approx(0.02, abs=0.004)
+    # Not surer than a match.
+    assert 0.03**2 - more.variance > 0
+    assert math.sqrt(0.03**2 - more.variance) > AnchorSpec().least / 2
+
+
+def test_what_is_known_well_is_left_as_it_is() -> None:
+    more = take(begun(1e-5**2), 0.1, 0.08, STEP._replace(logarithm=0.08))
+    assert abs(more.logarithm) < 1e-4
+
+
+def test_matching_again_counts_once() -> None:
+    anchor, variance = begun(0.03**2), 0.03**2
+    told, taken, left = 0.08, [], []
+    for seed in range(1, 9):
+        more = take(anchor, 0.1, told, STEP._replace(logarithm=0.08 if seed == 1 else 0.0), seed)
+        told += more.logarithm
+        variance -= more.variance
+        taken.append(told)
+        left.append(variance)
+    assert taken == pytest.approx([0.1] * 8, abs=0.005)
+    # Eight matches are no surer than the surest of them.
+    assert left == pytest.approx([left[0]] * 8, rel=0.3)
+
+
+def test_a_match_waits_for_its_interval() -> None:
+    anchor = begun(0.03**2)
+    picture = scenery.picture(zoom=0.1)
+    diameter = scenery.DIAMETER * math.exp(0.08)
+    step = STEP._replace(logarithm=0.08)
+    assert anchor.take(picture, TABLE, diameter, NONE, step, INTERVAL / 4, 0.0) == Correction()
+
+
+def test_before_a_curved_scene_that_a_hand_goes_along_the_steps_decide() -> None:
+    step = STEP._replace(curved=1.0, aside=np.array([0.3, 0.0]))
+    aside = float(step.aside[0]) * scenery.FOCAL
+    anchor = begun(0.01**2)
+    generator = np.zeros((3, 3))
+    generator[0, 2] = aside
+    step = step._replace(logarithm=0.03, generator=generator)
+    picture = scenery.picture(scenery.moved((aside, 0.0)), 0.05, seed=1)
+    diameter = scenery.DIAMETER * math.exp(0.03)
+    more = anchor.take(picture, TABLE, diameter, NONE, step, INTERVAL, 0.0)
+    assert abs(more.logarithm) < 0.002
+
+
+def test_a_key_that_is_seen_much_larger_gives_way_to_another() -> None:
+    anchor = begun(0.03**2)
+    told = 0.0
+    # Each interval by 15 %, and told a tenth too small.
+    for i in range(1, 7):
+        told += 0.135
+        told += take(anchor, 0.15 * i, told, STEP._replace(logarithm=0.135), i).logarithm
+        anchor.doubt(0.02**2)
+    assert told == pytest.approx(0.9, abs=0.02)
+    assert anchor.key_diameter > 1.4 * scenery.DIAMETER
+
+
+def test_another_scene_makes_a_new_key() -> None:
+    anchor = begun(0.03**2)
+    other = scenery.picture(scene=scenery.OTHER_SCENE)
+    assert anchor.take(other, TABLE, 700.0, NONE, STEP, INTERVAL, 0.0) == Correction()
+    assert anchor.key_diameter == 700.0
+
+
+def test_the_spec_says_how_often() -> None:
+    anchor = Anchor(replace(AnchorSpec(), interval=0.0))
+    anchor.begin(scenery.picture(), TABLE, scenery.DIAMETER, NONE)
+    anchor.doubt(0.03**2)
+    diameter = scenery.DIAMETER * math.exp(0.08)
+    step = STEP._replace(logarithm=0.08)
+    more = anchor.take(scenery.picture(zoom=0.1), TABLE, diameter, NONE, step, 0.04, 0.0)
+    assert more.logarithm == pytest.approx(0.02, abs=0.004)
