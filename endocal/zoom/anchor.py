@@ -141,7 +141,7 @@ class Anchor:
         together = spec.together * fit.shared
         match = fit.sigma**2 + spec.least**2 + self._bent(step.curved) ** 2
         # Errors that last from step to step are no smaller in a match.
-        match /= max((1 - together) * (1 - fit.shared * step.lasting), _LITTLE)
+        match /= max((1 - together) * (1 - step.lasting), _LITTLE)
         both = together * math.sqrt(variance * match)
         weight = (variance - both) / (variance + match - 2 * both)
         weight = min(max(weight, 0.0), 1.0)

@@ -117,7 +117,10 @@ def fit_planar(
         # Residuals count in distorted px, where the places were measured.
         back = zoomed * np.linalg.inv(stretch)
         shift = (back @ (end - here)[..., None])[..., 0]
-        design = np.concatenate([back @ _camera(here), (late + drift)[..., None]], axis=2)
+        # Where places are expected, not where they were measured: else their noise would tell a zoom from
+        # an approach.
+        magnified = late - shift + drift
+        design = np.concatenate([back @ _camera(here), magnified[..., None]], axis=2)
         if not scale:
             # Where the search starts is nearly right: what is far off, an instrument, is no part of it.
             scale = max(spread(shift), noise)

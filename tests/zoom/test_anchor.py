@@ -88,6 +88,11 @@ def test_before_a_curved_scene_that_a_hand_goes_along_the_steps_decide() -> None
     assert abs(more.logarithm) < 0.002
 
 
+def test_before_a_rough_scene_whose_errors_last_the_steps_decide() -> None:
+    step = STEP._replace(logarithm=0.08, lasting=1.0)
+    assert abs(take(begun(0.03**2), 0.1, 0.08, step).logarithm) < 1e-4
+
+
 def test_a_key_that_is_seen_much_larger_gives_way_to_another() -> None:
     anchor = begun(0.03**2)
     told = 0.0
