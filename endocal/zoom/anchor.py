@@ -19,7 +19,7 @@ from .parallax import ScaleStep
 from .planar import PlanarFit
 from .shift import Offset
 from .table import ZoomTable
-from .view import center_drift, guessed_focal, view_at
+from .view import USUAL_FOCAL, center_drift, guessed_focal, view_at
 
 # The least part of a match's weight that a rough scene leaves: it only keeps its doubt finite.
 _LITTLE = 1e-6
@@ -43,7 +43,7 @@ class AnchorSpec:
     hand: float = 0.03
     least: float = 0.0015
     bends: float = 3.0
-    focal: float = 0.36
+    focal: float = USUAL_FOCAL
     together: float = 0.7
     key: KeySpec = field(default_factory=KeySpec)
 
@@ -70,11 +70,6 @@ class Anchor:
         self._given = Correction()
         # Seconds since the key picture, and since it was last matched.
         self._seconds = self._due = 0.0
-
-    @property
-    def key_diameter(self) -> float:
-        """The circle's diameter in the key picture, px."""
-        return self._diameter
 
     def forget(self) -> None:
         """Begin anew with the next picture."""
@@ -128,18 +123,24 @@ class Anchor:
         more = Correction()
         if fit is not None:
             own = math.log(diameter / self._diameter) - self._given.logarithm
-            given = self._weigh(fit, step, own, self._variance + slow)
+            bent = self._bent(key, step.curved)
+            given = self._weigh(fit, step, own, self._variance + slow, bent)
             more = Correction(*(a - b for a, b in zip(given, self._given, strict=True)))
             self._given = given
         if fit is None or key.found < spec.few or not self._is_alike(fit.motion.scale):
             self.begin(picture, table, diameter * math.exp(more.logarithm), shift)
         return more
 
-    def _weigh(self, fit: PlanarFit, step: ScaleStep, own: float, variance: float) -> Correction:
-        """Weigh a match against what steps add up to: the logarithm ``own``, known to a ``variance``."""
+    def _weigh(
+        self, fit: PlanarFit, step: ScaleStep, own: float, variance: float, bent: float
+    ) -> Correction:
+        """Weigh a match against what steps add up to: the logarithm ``own``, known to a ``variance``.
+
+        ``bent`` is by how much a curved scene may put the match off.
+        """
         spec = self._spec
         together = spec.together * fit.shared
-        match = fit.sigma**2 + spec.least**2 + self._bent(step.curved) ** 2
+        match = fit.sigma**2 + spec.least**2 + bent**2
         # Errors that last from step to step are no smaller in a match.
         match /= max((1 - together) * (1 - step.lasting), _LITTLE)
         both = together * math.sqrt(variance * match)
@@ -148,15 +149,13 @@ class Anchor:
         left = (1 - weight) ** 2 * variance + weight**2 * match + 2 * weight * (1 - weight) * both
         return Correction(weight * (fit.motion.logarithm - own), variance - left)
 
-    def _bent(self, curved: float) -> float:
+    def _bent(self, key: KeyPicture, curved: float) -> float:
         """Return by how much the zoom is off since no homography knows of a scene that is ``curved``.
 
         That counts as far as the hand went aside. What steps add up to of that is little where the picture
         stayed where it was.
         """
-        if self._key is None:
-            return 0.0
-        far = self._farthest / guessed_focal(*self._key.view.strengths, self._spec.focal)
+        far = self._farthest / guessed_focal(*key.view.strengths, self._spec.focal)
         return self._spec.bends * curved * min(math.hypot(*self._aside), far)
 
     def _is_alike(self, scale: float) -> bool:

@@ -64,6 +64,11 @@ class Likeness:
         self._before = now
 
 
+def part_of(correlation: float | None, full: float) -> float:
+    """Return which part of residuals a ``correlation`` says is shared; all until one is told."""
+    return 1.0 if correlation is None else min(max(correlation / full, 0.0), 1.0)
+
+
 def _within(places: Points, residual: Points) -> float:
     """Return the correlation of the residuals (n, 2) of places (n, 2) that lie in the same patch."""
     if len(places) < 2:

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import DivisionModel
-from .likeness import Likeness
+from .likeness import Likeness, part_of
 from .robust import biweight, spread
-from .view import Points, guessed_focal, undistorted
+from .view import USUAL_FOCAL, Points, guessed_focal, undistorted
 
 _FIT_ROUNDS = 6
 # Columns of the design: turn about y and x, roll; shift along x and y; approach; the shape's five; zoom.
@@ -51,7 +51,7 @@ class MotionSpec:
     turn: float = 0.05
     shape: float = 0.5
     reshaping: float = 0.001
-    focal: float = 0.36
+    focal: float = USUAL_FOCAL
     patches: float = 12.0
     alike: float = 0.1
     remembered: float = 25.0
@@ -129,7 +129,7 @@ class SceneShape:
             scale = max(scale or spread(shift), noise)
             # Noise is each place's own; of what is beyond it, neighbours share a rough scene's part.
             crowd = max(float(weight.sum()) / spec.patches, 1.0)
-            shared = 1 + self._part(self._likeness.alike) * (crowd - 1)
+            shared = 1 + part_of(self._likeness.alike, spec.alike) * (crowd - 1)
             variance = noise**2 + (scale**2 - noise**2) * shared
             weighted = design * (weight / variance)[:, None, None]
             normal = np.einsum("nij,nik->jk", weighted, design) + known
@@ -157,7 +157,7 @@ class SceneShape:
             both - expected,
             both @ found,
             motion[_SHIFT],
-            self._part(self._likeness.lasting),
+            part_of(self._likeness.lasting, spec.alike),
             self._curved,
             _generator(motion, shape, focal),
         )
@@ -169,12 +169,6 @@ class SceneShape:
             (self._shape[_BENDS] ** 2).sum() - np.trace(self._covariance[_BENDS, _BENDS])
         )
         return math.sqrt(max(square, 0.0))
-
-    def _part(self, correlation: float | None) -> float:
-        """Return which part of what the fit leaves a ``correlation`` tells of; all until steps have told."""
-        if correlation is None:
-            return 1.0
-        return min(max(correlation / self._spec.alike, 0.0), 1.0)
 
     def _known(self, rests: bool, hand: float) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""

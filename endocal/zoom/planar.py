@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .likeness import Likeness
+from .likeness import Likeness, part_of
 from .robust import biweight, spread
 from .view import Points, View, undistorted
 
@@ -140,8 +140,7 @@ def fit_planar(
         weight = biweight(residual, scale)
     likeness.learn(after, residual, weight)
     crowd = max(float(weight.sum()) / spec.patches, 1.0)
-    alike = 0.0 if likeness.alike is None else likeness.alike
-    part = min(max(alike / spec.alike, 0.0), 1.0)
+    part = part_of(likeness.alike, spec.alike)
     # What a place's own error is not, neighbours share.
     more = (noise**2 + (scale**2 - noise**2) * (1 + part * (crowd - 1))) / scale**2
     variance = float(np.linalg.inv(normal)[_ZOOM, _ZOOM]) * more

@@ -14,6 +14,9 @@ from .table import ZoomTable
 
 Points = NDArray[np.float64]
 
+# lam f^2 of a usual lens, without its sign: where angles map to radii evenly it is 1/3,
+# and real ones lie around.
+USUAL_FOCAL = 0.36
 # Over this step of the logarithm the centre's movement is taken.
 _AHEAD = 1e-3
 

@@ -329,11 +329,18 @@ def test_dots_are_refused(real_data) -> None:
         assert result.quality.verdict == "failed"
 
 
-def test_lines_that_tell_no_lens_are_refused() -> None:
+@pytest.mark.parametrize("axis", [300, 360, 420])
+def test_lines_that_tell_no_lens_are_refused(axis: int) -> None:
     """Parabolas of one kind are straight under a centre far outside the picture."""
     h, w = 540, 720
     y, x = np.mgrid[:h, :w]
-    stripes = np.floor((y + ((x - 420) / 45.0) ** 2) / 30) % 2
+    stripes = np.floor((y + ((x - axis) / 45.0) ** 2) / 30) % 2
     picture = cv2.GaussianBlur((40 + 170 * stripes).astype(np.uint8), (0, 0), 1.0)
-    with pytest.raises(CalibrationError, match="tell no lens"):
-        calibrate(picture)
+    try:
+        quality = calibrate(picture).quality
+    except CalibrationError as error:
+        assert "tell no lens" in str(error)
+        return
+    # A centre less far outside is within what a model may have, and told to be wrong.
+    assert quality.verdict == "failed"
+    assert "the centre came out far from the middle" in quality.reasons[0]

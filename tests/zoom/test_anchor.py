@@ -101,15 +101,19 @@ def test_a_key_that_is_seen_much_larger_gives_way_to_another() -> None:
         told += 0.135
         told += take(anchor, 0.15 * i, told, STEP._replace(logarithm=0.135), i).logarithm
         anchor.doubt(0.02**2)
+    # Of what is seen 2.5 times larger the first key tells nothing.
     assert told == pytest.approx(0.9, abs=0.02)
-    assert anchor.key_diameter > 1.4 * scenery.DIAMETER
 
 
 def test_another_scene_makes_a_new_key() -> None:
     anchor = begun(0.03**2)
     other = scenery.picture(scene=scenery.OTHER_SCENE)
-    assert anchor.take(other, TABLE, 700.0, NONE, STEP, INTERVAL, 0.0) == Correction()
-    assert anchor.key_diameter == 700.0
+    assert anchor.take(other, TABLE, scenery.DIAMETER, NONE, STEP, INTERVAL, 0.0) == Correction()
+    anchor.doubt(0.03**2)
+    other = scenery.picture(zoom=0.1, scene=scenery.OTHER_SCENE, seed=2)
+    step = STEP._replace(logarithm=0.08)
+    more = anchor.take(other, TABLE, scenery.DIAMETER * math.exp(0.08), NONE, step, INTERVAL, 0.0)
+    assert more.logarithm == pytest.approx(0.02, abs=0.005)
 
 
 def test_the_spec_says_how_often() -> None:

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ..measure.profiles import GAP, Measured
+from ..measure.profiles import Measured
 from ..straightness import Floats, Labels, Undistorted, fit_lines
 from .lattice import Crossings, joined
 
@@ -140,8 +140,7 @@ def clear_of_crossings(measured: Measured) -> NDArray[np.bool_]:
     steps = np.linalg.norm(np.diff(measured.points, axis=0, prepend=measured.points[:1]), axis=1)
     along = np.cumsum(steps)
     crossed = changed & (steps <= CROSSING)
-    starts = new_line | changed | (steps > GAP)
-    first = np.flatnonzero(starts)
+    first = np.flatnonzero(measured.edge_starts())
     last = np.append(first[1:], len(along)) - 1
     count = last - first + 1
     length = along[last] - along[first]

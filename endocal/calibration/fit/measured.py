@@ -247,8 +247,7 @@ def misfit_of_views(
 def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
     if len(points) == 0:
         return Measured.none()
-    measured = measure(smooth, points, labels, params)
-    return measured.take(np.ones(len(measured.points), bool))
+    return measure(smooth, points, labels, params).renumbered()
 
 
 def _measured_again(
@@ -259,8 +258,7 @@ def _measured_again(
         return lines
     if not board:
         return measure_matched(view.grey, smooth, lines, params)
-    measured = measure(smooth, lines.points, lines.labels, params, True, noisy)
-    return measured.take(np.ones(len(measured.points), bool))
+    return measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
 
 
 def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:

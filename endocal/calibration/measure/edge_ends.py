@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
 from ..straightness import Floats, Lines, Undistorted, fit_lines
-from .profiles import GAP, NEIGHBORS, Measured
+from .profiles import NEIGHBORS, Measured
 
 # Where the points of an edge end, the line that cuts it off crosses within so many widths of the last one,
 # and was itself measured within so many px and widths of the corner: widths times the cotangent of their
@@ -135,10 +135,9 @@ class _Course:
 
 def _edges(lines: Measured) -> list[tuple[int, int]]:
     """The first and last index of the points of each edge: where a line has none for a while, one ends."""
-    steps = np.linalg.norm(np.diff(lines.points, axis=0, prepend=lines.points[:1]), axis=1)
-    begins = (np.diff(lines.labels, prepend=-1) != 0) | (np.diff(lines.sides, prepend=0) != 0)
-    first = np.flatnonzero(begins | (steps > GAP))
-    return list(zip(first.tolist(), (np.append(first[1:], len(steps)) - 1).tolist(), strict=True))
+    first = np.flatnonzero(lines.edge_starts())
+    last = np.append(first[1:], len(lines.points)) - 1
+    return list(zip(first.tolist(), last.tolist(), strict=True))
 
 
 def drawn_off(x: Floats, slant: float) -> Floats:

@@ -18,7 +18,7 @@ from ..image.sampling import sample
 from ..straightness import Floats, Labels
 from .courses import normals_of
 from .edge_ends import on_their_edges
-from .profiles import GAP, SMOOTHING, Measured, measure, smoothed
+from .profiles import SMOOTHING, Measured, measure, smoothed
 
 # Smoothing over blur: noise then moves points 4 % farther than at the least, with a quarter less smoothing.
 OVER_BLUR = 1.7
@@ -106,8 +106,7 @@ def rooms(lines: Measured, params: Floats) -> Floats:
 def usual_lengths(lines: Measured) -> Floats:
     """How long, px, the edges are that make up each line: half of its points lie on longer ones."""
     steps = np.linalg.norm(np.diff(lines.points, axis=0, prepend=lines.points[:1]), axis=1)
-    begins = (np.diff(lines.labels, prepend=-1) != 0) | (np.diff(lines.sides, prepend=0) != 0)
-    begins |= steps > GAP
+    begins = lines.edge_starts()
     edge = np.cumsum(begins) - 1
     length = np.bincount(edge, np.where(begins, 0.0, steps))[edge]
     count = int(lines.labels.max()) + 1

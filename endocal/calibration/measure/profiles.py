@@ -60,6 +60,10 @@ class Measured:
         labels = np.unique(self.labels[chosen], return_inverse=True)[1].astype(np.intp)
         return self.in_order(np.flatnonzero(chosen), labels)
 
+    def renumbered(self) -> Measured:
+        """Return the same points, the labels of lines that have some numbered from 0."""
+        return self.take(np.ones(len(self.points), bool))
+
     def in_order(self, order: Labels, labels: Labels) -> Measured:
         """Return the points at the indices ``order`` (m,), with new ``labels`` (m,)."""
         return Measured(
@@ -80,6 +84,12 @@ class Measured:
             np.concatenate([p.levels for p in parts]),
             np.concatenate([p.information for p in parts]),
         )
+
+    def edge_starts(self) -> NDArray[np.bool_]:
+        """Say of each point (n,) whether an edge begins there: a line, its other side, or after a gap."""
+        steps = np.linalg.norm(np.diff(self.points, axis=0, prepend=self.points[:1]), axis=1)
+        new_line = np.diff(self.labels, prepend=-1) != 0
+        return np.asarray(new_line | (np.diff(self.sides, prepend=0) != 0) | (steps > GAP))
 
     def thinned(self, most: int) -> Measured:
         """Return every second, third, … point, so that about ``most`` remain."""
