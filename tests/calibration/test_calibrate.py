@@ -336,11 +336,12 @@ def test_lines_that_tell_no_lens_are_refused(axis: int) -> None:
     y, x = np.mgrid[:h, :w]
     stripes = np.floor((y + ((x - axis) / 45.0) ** 2) / 30) % 2
     picture = cv2.GaussianBlur((40 + 170 * stripes).astype(np.uint8), (0, 0), 1.0)
+    words = ""
     try:
         quality = calibrate(picture).quality
+        # A centre less far outside is within what a model may have, and told to be wrong.
+        assert quality.verdict == "failed"
+        words = quality.reasons[0]
     except CalibrationError as error:
-        assert "tell no lens" in str(error)
-        return
-    # A centre less far outside is within what a model may have, and told to be wrong.
-    assert quality.verdict == "failed"
-    assert "the centre came out far from the middle" in quality.reasons[0]
+        words = str(error)
+    assert "tell no lens" in words or "the centre came out far from the middle" in words
