@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import CalibrationError
-from .fit.measured import Refined, departs, fit_again
+from .fit.measured import Refined, departs, fit_again, told_by_grid
 from .fit.refine import best_start, reach_of, refine
 from .fit.straightening import straightened
 from .scene import Scene
@@ -36,7 +36,7 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
     refined = looks[0]
     if spec.model == "division":
         if not departs(refined):
-            return refined, 0.0
+            return told_by_grid(refined, reach, prior, 0.0), 0.0
         # A model that follows the lens more closely finds its lines whole.
         two = refine(views, start, reach, prior, True, SEEN * farthest(refined))
         if two and len(two[0].measured.points) > len(refined.measured.points):
@@ -53,10 +53,14 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
         ends.append(two[0] if two else None)
     whole, seen = ends
     if whole is not None and (seen is None or _as_straight(whole, seen)):
-        return whole, radii[0]
-    if seen is not None:
-        return seen, radii[1]
-    return straightened(looks, reach, prior, radii[0]) if departs(refined) else refined, radii[0]
+        best, radius = whole, radii[0]
+    elif seen is not None:
+        best, radius = seen, radii[1]
+    else:
+        best, radius = refined, radii[0]
+        if departs(refined):
+            best = straightened(looks, reach, prior, radius)
+    return best if departs(best) else told_by_grid(best, reach, prior, radius), radius
 
 
 def _as_straight(one: Refined, other: Refined) -> bool:

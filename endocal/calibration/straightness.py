@@ -73,10 +73,11 @@ def root_mean_square(values: Floats) -> float:
 
 def fit_lines(u: Floats, labels: Labels, count: int, weights: Floats) -> Lines:
     """Fit each line by weighted total least squares to its undistorted points (m, 2)."""
-    return _fit_lines(u, labels, weights, _Totals(labels, count))
+    return fit_lines_by(u, labels, weights, Totals(labels, count))
 
 
-def _fit_lines(u: Floats, labels: Labels, weights: Floats, total: _Totals) -> Lines:
+def fit_lines_by(u: Floats, labels: Labels, weights: Floats, total: Totals) -> Lines:
+    """Fit lines as ``fit_lines`` does, with sums over their points that are at hand."""
     x, y = np.ascontiguousarray(u.T)
     mass = np.maximum(total(weights), 1e-300)
     mx, my = total(weights * x) / mass, total(weights * y) / mass
@@ -109,13 +110,13 @@ def residuals(
     count = int(labels.max()) + 1
     weights = np.ones(len(points)) if weights is None else weights
     at = Undistorted.of(points, params)
-    total = _Totals(labels, count)
-    first = _fit_lines(at.u, labels, weights * at.denominator**2, total)
+    total = Totals(labels, count)
+    first = fit_lines_by(at.u, labels, weights * at.denominator**2, total)
     normals = first.normals.T.take(labels, axis=1).T
     scale = at.scale(normals)
     distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets.take(labels)) / scale
     if growth is not None:
-        distance = distance - growth * _leftward(points, labels, first.normals)[labels]
+        distance = distance - growth * leftward(points, labels, first.normals)[labels]
     along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
     columns = [1 / scale, along]
     if sides is not None:
@@ -123,7 +124,7 @@ def residuals(
     return _without(distance, columns, labels, total, weights)
 
 
-def _leftward(points: Floats, labels: Labels, normals: Floats) -> Floats:
+def leftward(points: Floats, labels: Labels, normals: Floats) -> Floats:
     """Signs (count,) of the lines' ``normals``: +1 to the left of the way from a line's first point to its
     last.
 
@@ -141,7 +142,7 @@ def two_sided(sides: Floats, labels: Labels) -> Floats:
 
 
 def _without(
-    values: Floats, columns: Sequence[Floats], labels: Labels, total: _Totals, weights: Floats
+    values: Floats, columns: Sequence[Floats], labels: Labels, total: Totals, weights: Floats
 ) -> Floats:
     """What is left of ``values`` (m,) when ``columns``, k of (m,), are fitted to it on each line apart."""
     k = len(columns)
@@ -161,7 +162,7 @@ def _without(
     return values
 
 
-class _Totals:
+class Totals:
     """Sums over the points of each line: called with values (m,), returns (count,).
 
     Where the labels come in order, as they do in fits, that is several times as fast as a bincount.
@@ -177,6 +178,7 @@ class _Totals:
             self._starts = starts[self._there]
 
     def __call__(self, values: Floats) -> Floats:
+        """Return the sums (count,) of ``values`` (m,)."""
         if not self._in_order:
             return np.asarray(np.bincount(self._labels, values, self.count), np.float64)
         out = np.zeros(self.count)

@@ -90,6 +90,17 @@ def places_of(crossings: Crossings) -> tuple[Labels, NDArray[np.bool_]]:
     return places, known
 
 
+def numbers_of(crossings: Crossings, count: int) -> tuple[Labels, Labels]:
+    """Return of each of ``count`` lines its family (count,), row 0 or column 1, and its number (count,).
+
+    The family of a line without a number is -1. Numbers are as ``places_of`` has them.
+    """
+    families, numbers = np.full(count, -1), np.zeros(count, np.intp)
+    for line, number in _numbers(crossings.of_each()).items():
+        families[line], numbers[line] = number.family, number.number
+    return families, numbers
+
+
 def _numbers(met: dict[int, list[tuple[int, int, int, int]]]) -> dict[int, _Number]:
     """Number the lines, each by the majority of its crossings, in the way that explains most crossings.
 

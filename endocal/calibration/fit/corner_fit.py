@@ -213,4 +213,5 @@ def _as_fit(rows: _Rows, params: Floats, fixed: bool) -> Fit:
         slopes.append((rows.off(params + moved) - rows.off(params - moved)) / (2 * step[i]))
     off = rows.off(params)
     jacobian = np.stack(slopes, axis=1)
-    return Fit(params, off, jacobian, free, 0.0, robust_sigma(off), np.inf, np.ones(len(off)))
+    none = np.empty(0)
+    return Fit(params, off, jacobian, free, 0.0, none, robust_sigma(off), np.inf, np.ones(len(off)))

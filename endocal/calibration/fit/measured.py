@@ -18,8 +18,9 @@ from ..measure.growth import growth_columns
 from ..measure.matched import measure_matched
 from ..measure.profiles import Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
+from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
-from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma
+from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma, within
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
@@ -64,8 +65,9 @@ class View:
 class Refined:
     """A fit with the measured points it rests on.
 
-    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen; ``corners``,
-    where they rather than the points told the model, the fit to them and its residuals' lines (m,).
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen. Where not the
+    points alone told the model, there is the fit that did, and its residuals' lines (m,): to the board's
+    ``corners``, or to the points and the board's ``grid``.
     """
 
     fit: Fit
@@ -73,11 +75,12 @@ class Refined:
     view: Labels
     board: bool
     corners: tuple[Fit, Labels] | None = None
+    grid: tuple[Fit, Labels] | None = None
 
     @property
     def covariance(self) -> Floats:
         """The covariance (k, k) of the model's parameters, by what told them; zeros for a given centre."""
-        fit, labels = self.corners or (self.fit, self.measured.labels)
+        fit, labels = self.corners or self.grid or (self.fit, self.measured.labels)
         full = np.zeros((len(fit.params), len(fit.params)))
         full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
         return full
@@ -167,10 +170,24 @@ def told_by_corners(
     refined: Refined, corners: tuple[Fit, Labels], reach: float, prior: Prior, content: float
 ) -> Refined:
     """Take the model from a fit to ``corners``, and see what the measured points leave under it."""
-    fit = refined.fit
-    params = corners[0].params
-    seen = _fit(refined.measured, params, reach, prior, fit.softness, content, held=True)
+    seen = _left_by(corners[0].params, refined, reach, prior, content)
     return replace(refined, fit=seen, corners=corners)
+
+
+def told_by_grid(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
+    """Take the model that makes a board's lines a regular grid, too, where its lines are numbered."""
+    grid = fit_grid(refined.measured, refined.view, refined.fit, prior, reach)
+    if grid is None:
+        return refined
+    params = within(grid[0].params, content)
+    seen = _left_by(params, refined, reach, prior, content)
+    return replace(refined, fit=seen, grid=(replace(grid[0], params=params), grid[1]))
+
+
+def _left_by(params: Floats, refined: Refined, reach: float, prior: Prior, content: float) -> Fit:
+    """What a model leaves of the residuals of the measured points."""
+    softness = refined.fit.softness
+    return _fit(refined.measured, params, reach, prior, softness, content, held=True)
 
 
 def magnified(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:

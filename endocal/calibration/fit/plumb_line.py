@@ -12,9 +12,10 @@ from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
 # How far bright areas may seem to grow, px by unit of a column: one standard deviation of what is believed
 # beforehand.
 GROWTH_SPREAD = 0.5
+# Profiles are averaged, and neighbours err alike: about so many points in a row tell as much as one alone.
 # What is believed beforehand weighs beside residuals as one standard deviation of theirs, half a softness.
-# Profiles are averaged, and neighbours err alike: about six points in a row tell as much as one alone.
-PULL = 0.5 * np.sqrt(6)
+ALIKE = 6
+PULL = 0.5 * np.sqrt(ALIKE)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
 # A line that alone tells so much of something has no residuals to tell its own error by.
@@ -43,7 +44,8 @@ class Fit:
 
     ``residuals`` (m,) px; ``jacobian`` (m, k + g): theirs by the parameters that were free, whose places in
     the vector are ``free``, k of them, and by the columns of growth, whose information beforehand is
-    ``belief``; ``sigma`` px: the robust standard deviation; ``softness`` px, ``trust`` (m,): see fit_model.
+    ``belief``; ``growth`` (g,): how much of each; ``sigma`` px: the robust standard deviation; ``softness``
+    px, ``trust`` (m,): see fit_model.
     """
 
     params: Floats
@@ -51,6 +53,7 @@ class Fit:
     jacobian: Floats
     free: list[int]
     belief: float
+    growth: Floats
     sigma: float
     softness: float
     trust: Floats
@@ -94,9 +97,7 @@ def fit_model(
     def params(x: Floats) -> Floats:
         out = start.copy()
         out[free] += x[: len(free)] * unit
-        if len(out) > 3 and monotonic > 0:
-            out[3] = np.clip(out[3], *second_range(out[0], monotonic))
-        return out
+        return within(out, monotonic)
 
     def misfit(x: Floats) -> Floats:
         at = params(x)
@@ -136,7 +137,8 @@ def fit_model(
     slopes = np.array([_slope(misfit, x, i)[:n] / root for i in range(len(x))]).reshape(len(x), n)
     plain = slopes.T / np.append(unit, np.ones(columns.shape[1]))
     belief = (pull / GROWTH_SPREAD) ** 2
-    return Fit(params(x), r, plain, free, belief, robust_sigma(r), softness, trust)
+    grown = x[len(free) :]
+    return Fit(params(x), r, plain, free, belief, grown, robust_sigma(r), softness, trust)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
@@ -146,6 +148,13 @@ def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
         return low, high
     low[0], high[0] = LAMBDA_RANGE[0] - start[0], LAMBDA_RANGE[1] - start[0]
     return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
+
+
+def within(params: Floats, radius: float) -> Floats:
+    """Return the parameters, lam2 so that the map does not fold within ``radius`` px; 0 for any lam2."""
+    if len(params) < 4 or radius <= 0:
+        return params
+    return np.array([*params[:3], np.clip(params[3], *second_range(params[0], radius))])
 
 
 def second_range(lam: float, radius: float) -> tuple[float, float]:
