@@ -108,6 +108,7 @@ def _evidence(
         lam=float(mix @ fit.params),
         lam_sigma=float(np.sqrt(max(float(mix @ covariances @ mix), 0.0))),
         center_sigma=float(np.sqrt(max(float(covariances[1, 1] + covariances[2, 2]), 0.0))),
+        center_belief=float(np.hypot(*scene.prior.spread)),
         reach=radius,
         content_radius=scene.content_radius(fit.params[1:3]),
         fold_radius=model.valid_radius,

@@ -13,7 +13,8 @@ FEW_LINES = 8
 POOR_COVERAGE = 0.45
 # One standard deviation of the centre, as a share of the frame's short side, and of lambda, of itself.
 WEAK_CENTER = 0.003
-UNKNOWN_CENTER = 0.1
+# That of the centre as a share of the one that was believed beforehand: what was seen tells next to nothing.
+UNKNOWN_CENTER = 0.6
 # How far the centre lies from where it is believed to be, in standard deviations of that belief.
 ASTRAY, FAILED_ASTRAY = 3.0, 6.0
 WEAK_LAMBDA = 0.01
@@ -54,6 +55,7 @@ class Evidence:
     lam: float
     lam_sigma: float | None
     center_sigma: float | None
+    center_belief: float  # the same, before any line was seen
     reach: float  # of the measured points, from the distortion centre
     content_radius: float
     fold_radius: float  # of the model
@@ -130,7 +132,7 @@ def judge(e: Evidence) -> Quality:
             doubts.append(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
     if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:
         spread = f"one standard deviation: {e.center_sigma:.1f} px"
-        if e.center_sigma > UNKNOWN_CENTER * e.short_side:
+        if e.center_sigma > UNKNOWN_CENTER * e.center_belief:
             spread = "it may be anywhere near the middle"
         doubts.append(
             f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"

@@ -13,6 +13,7 @@ GOOD = Evidence(
     lam=-2.8e-6,
     lam_sigma=1e-9,
     center_sigma=0.1,
+    center_belief=46.0,
     reach=300.0,
     content_radius=380.0,
     fold_radius=597.0,

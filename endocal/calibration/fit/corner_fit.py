@@ -80,6 +80,10 @@ class _Rows:
         first = np.flatnonzero(np.diff(self.line, prepend=-1))
         return np.bincount(self.board_of[first], minlength=self.boards)
 
+    def pull(self, rms: float) -> float:
+        """How much, px, one standard deviation of a belief weighs: a line's residuals of ``rms`` px each."""
+        return float(rms * np.sqrt(len(self.line) / self.lines.sum()))
+
     def off(self, params: Floats) -> Floats:
         """Return how far each corner lies from its row or column (m,), corrected, then scaled back, px."""
         d = self.corners - params[1:3]
@@ -133,7 +137,7 @@ def fit_corners(
         before, rms = rms, root_mean_square(rows.off(params))
         if rms > SETTLED * before:
             break
-    return _as_fit(rows, params, prior.fixed), rows.line
+    return _as_fit(rows, params, prior), rows.line
 
 
 def fit_corners_from_one(
@@ -178,7 +182,7 @@ def _downhill(rows: _Rows, start: Floats, prior: Prior, monotonic: float, rms: f
     if second:
         x[-1] = start[3] * q**2 / most
     x[0], high[0] = min((start[0] * q / most) + (x[-1] if second else 0.0), 1 - 1e-4), 1.0
-    pull = rms * np.sqrt(len(rows.line) / rows.lines.sum())
+    pull = rows.pull(rms)
 
     def misfit(x: Floats) -> Floats:
         at = params(x)
@@ -201,11 +205,11 @@ def _part_range(bend: float) -> tuple[float, float]:
     return float((room / slope)[slope < 0].max()), float(high)
 
 
-def _as_fit(rows: _Rows, params: Floats, fixed: bool) -> Fit:
+def _as_fit(rows: _Rows, params: Floats, prior: Prior) -> Fit:
     """The residuals at ``params`` and their derivatives, none of which counts less than another."""
     radius = float(np.sqrt(np.max(np.sum((rows.corners - params[1:3]) ** 2, axis=1))))
     step = 1e-5 * np.array([radius**-2, radius, radius, radius**-4])[: len(params)]
-    free = [i for i in range(len(params)) if not (fixed and i in (1, 2))]
+    free = [i for i in range(len(params)) if not (prior.fixed and i in (1, 2))]
     slopes = []
     for i in free:
         moved = np.zeros(len(params))
@@ -213,5 +217,9 @@ def _as_fit(rows: _Rows, params: Floats, fixed: bool) -> Fit:
         slopes.append((rows.off(params + moved) - rows.off(params - moved)) / (2 * step[i]))
     off = rows.off(params)
     jacobian = np.stack(slopes, axis=1)
-    none = np.empty(0)
-    return Fit(params, off, jacobian, free, 0.0, none, robust_sigma(off), np.inf, np.ones(len(off)))
+    pull = rows.pull(root_mean_square(off))
+    belief = (pull / np.array([np.inf, *prior.spread, np.inf])[free]) ** 2
+    ones = np.ones(len(off))
+    return Fit(
+        params, off, jacobian, free, belief, pull, np.empty(0), robust_sigma(off), np.inf, ones
+    )

@@ -22,7 +22,7 @@ from ..measure.growth import growth_columns
 from ..measure.profiles import Measured
 from ..straightness import Floats, Labels
 from .line_places import LinePlaces
-from .plumb_line import ALIKE, PULL, Fit, Prior
+from .plumb_line import ALIKE, Fit
 
 # A board's grid is looked for where so many of its rows and so many of its columns are numbered.
 FEWEST_NUMBERED = 4
@@ -67,21 +67,18 @@ def numbered_lines(measured: Measured, view: Labels) -> Numbered:
     return Numbered(*(np.concatenate(p).astype(np.intp) for p in zip(*parts, strict=True)))
 
 
-def fit_grid(
-    measured: Measured, view: Labels, fit: Fit, prior: Prior, reach: float
-) -> tuple[Fit, Labels] | None:
+def fit_grid(measured: Measured, view: Labels, fit: Fit, reach: float) -> Fit | None:
     """Fit the model of ``fit``, and a grid for each board, to lines that are measured and fitted already.
 
     What straightness tells of the model and of growth is summed up by the information of ``fit`` about its
     answer. ``view`` (n,): which view each point is from; ``reach`` px: how far the points go. Returns a fit
-    whose residuals are those of the points and of the lines' places, with the labels of their lines; None
-    where no board's lines are numbered.
+    that rests on the lines' places, too; None where no board's lines are numbered.
     """
     lines = numbered_lines(measured, view)
     at_a_bound = not fit.jacobian[:, : len(fit.free)].any(axis=0).all()
     if len(lines.line) == 0 or at_a_bound:
         return None
-    told = _Told.by(fit, prior)
+    told = _Told.by(fit)
     columns = growth_columns(measured.sides, measured.levels, measured.labels)
     step = max(1, len(measured.points) // ENOUGH_POINTS)
     few = measured.in_order(np.arange(0, len(measured.points), step), measured.labels[::step])
@@ -100,8 +97,7 @@ def fit_grid(
         near = _Near.of(told, y, places_under)
         if abs(irregular - before) < SETTLED:
             break
-    whole, labels = _as_fit(fit, near, grids, shares)
-    return whole, np.append(measured.labels, labels)
+    return _as_fit(fit, near, grids, shares)
 
 
 @dataclass(frozen=True)
@@ -118,15 +114,10 @@ class _Told:
     noise: float
 
     @classmethod
-    def by(cls, fit: Fit, prior: Prior) -> _Told:
-        """Sum up a fit, and what was believed of the centre before."""
+    def by(cls, fit: Fit) -> _Told:
+        """Sum up a fit, and what was believed before."""
         weights = fit.trust / (1 + fit.trust * (fit.residuals / fit.softness) ** 2)
-        information = fit.jacobian.T @ (weights[:, None] * fit.jacobian)
-        beliefs = np.full(len(information), fit.belief)
-        for i, place in enumerate(fit.free):
-            known = place in (1, 2)
-            beliefs[i] = (PULL * fit.softness / prior.spread[place - 1]) ** 2 if known else 0.0
-        information += np.diag(beliefs)
+        information = fit.jacobian.T @ (weights[:, None] * fit.jacobian) + np.diag(fit.belief)
         unit = np.sqrt(np.diag(information))
         root = np.linalg.cholesky(information / np.outer(unit, unit)).T * unit
         return cls(fit, weights, root, ALIKE * (fit.softness / 2) ** 2)
@@ -247,11 +238,8 @@ def _irregularity(near: _Near, grids: _Grids, y: Floats) -> float:
     return float(np.sqrt(brentq(excess, 0.0, most)))
 
 
-def _as_fit(fit: Fit, near: _Near, grids: _Grids, shares: Floats) -> tuple[Fit, Labels]:
-    """The whole as one fit: after the residuals of the points those of the lines' places.
-
-    A place rests on many points that err alike in part, and so stands for ``ALIKE`` rows.
-    """
+def _as_fit(fit: Fit, near: _Near, grids: _Grids, shares: Floats) -> Fit:
+    """The whole as one fit, the lines' places weighed as their distances from the grids tell."""
     told, count = near.told, len(near.y)
 
     def off(x: Floats) -> Floats:
@@ -263,20 +251,16 @@ def _as_fit(fit: Fit, near: _Near, grids: _Grids, shares: Floats) -> tuple[Fit, 
     step[count:] *= 1e-3
     jacobian = np.stack([(off(x + s) - off(x - s)) / (2 * s.max()) for s in step], axis=1)
     here = off(x)
-    # What the grids explain is taken off, and what is left enlarged by how far each place pulls its grid.
     root = 1 / np.sqrt(1 + here**2 / (SOFTNESS**2 * told.noise))
+    # What the grids explain is taken off, and what is left enlarged by how far each place pulls its grid.
     basis, _ = np.linalg.qr(root[:, None] * jacobian[:, count:])
-    own = jacobian[:, :count] @ told.root
-    own -= basis @ (basis.T @ (root[:, None] * own)) / root[:, None]
-    here = here / np.maximum(1 - np.sum(basis**2, axis=1), 0.1)
-    rows = np.repeat(np.arange(len(here)), ALIKE)
-    labels = np.repeat(grids.lines.line, 2)
-    change = told.change(near.y)
+    own = root[:, None] * (jacobian[:, :count] @ told.root)
+    own -= basis @ (basis.T @ own)
+    here = root * here / np.sqrt(np.maximum(1 - np.sum(basis**2, axis=1), 0.1))
     return replace(
         fit,
         params=told.params(near.y),
-        residuals=np.append(fit.residuals + fit.jacobian @ change, here[rows] / np.sqrt(ALIKE)),
-        jacobian=np.concatenate([fit.jacobian, own[rows] / np.sqrt(ALIKE)]),
+        residuals=fit.residuals + fit.jacobian @ told.change(near.y),
         growth=told.grown(near.y),
-        trust=np.append(fit.trust, np.ones(len(rows))),
-    ), labels[rows]
+        places=(here, own),
+    )

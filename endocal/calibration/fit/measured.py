@@ -20,7 +20,8 @@ from ..measure.profiles import Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
-from .plumb_line import Fit, Prior, covariance, fit_model, robust_sigma, within
+from .plumb_line import Fit, Prior, fit_model, robust_sigma, within
+from .uncertainty import covariance
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
@@ -66,8 +67,8 @@ class Refined:
     """A fit with the measured points it rests on.
 
     ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen. Where not the
-    points alone told the model, there is the fit that did, and its residuals' lines (m,): to the board's
-    ``corners``, or to the points and the board's ``grid``.
+    points alone told the model, there is the fit that did: to the board's ``corners``, with its residuals'
+    lines (m,), or to the points and the board's ``grid``.
     """
 
     fit: Fit
@@ -75,12 +76,12 @@ class Refined:
     view: Labels
     board: bool
     corners: tuple[Fit, Labels] | None = None
-    grid: tuple[Fit, Labels] | None = None
+    grid: Fit | None = None
 
     @property
     def covariance(self) -> Floats:
         """The covariance (k, k) of the model's parameters, by what told them; zeros for a given centre."""
-        fit, labels = self.corners or self.grid or (self.fit, self.measured.labels)
+        fit, labels = self.corners or (self.grid or self.fit, self.measured.labels)
         full = np.zeros((len(fit.params), len(fit.params)))
         full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
         return full
@@ -176,12 +177,12 @@ def told_by_corners(
 
 def told_by_grid(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
     """Take the model that makes a board's lines a regular grid, too, where its lines are numbered."""
-    grid = fit_grid(refined.measured, refined.view, refined.fit, prior, reach)
+    grid = fit_grid(refined.measured, refined.view, refined.fit, reach)
     if grid is None:
         return refined
-    params = within(grid[0].params, content)
+    params = within(grid.params, content)
     seen = _left_by(params, refined, reach, prior, content)
-    return replace(refined, fit=seen, grid=(replace(grid[0], params=params), grid[1]))
+    return replace(refined, fit=seen, grid=replace(grid, params=params))
 
 
 def _left_by(params: Floats, refined: Refined, reach: float, prior: Prior, content: float) -> Fit:

@@ -18,8 +18,6 @@ ALIKE = 6
 PULL = 0.5 * np.sqrt(ALIKE)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
-# A line that alone tells so much of something has no residuals to tell its own error by.
-MOST_LEVERAGE = 0.9
 
 
 @dataclass(frozen=True)
@@ -43,20 +41,24 @@ class Fit:
     """A fit of (lam, cx, cy[, lam2]).
 
     ``residuals`` (m,) px; ``jacobian`` (m, k + g): theirs by the parameters that were free, whose places in
-    the vector are ``free``, k of them, and by the columns of growth, whose information beforehand is
-    ``belief``; ``growth`` (g,): how much of each; ``sigma`` px: the robust standard deviation; ``softness``
-    px, ``trust`` (m,): see fit_model.
+    the vector are ``free``, k of them, and by the columns of growth. ``belief`` (k + g,): what was believed
+    beforehand adds so much to the sum of squares, px^2, for a unit that they are off, squared; one standard
+    deviation adds ``pull`` px, squared. ``growth`` (g,): how much of each; ``sigma`` px: the robust standard
+    deviation; ``softness`` px, ``trust`` (m,): see fit_model. ``places``: the residuals (q,) and jacobian
+    (q, k + g) of where lines run beside a grid, where that told the model, too.
     """
 
     params: Floats
     residuals: Floats
     jacobian: Floats
     free: list[int]
-    belief: float
+    belief: Floats
+    pull: float
     growth: Floats
     sigma: float
     softness: float
     trust: Floats
+    places: tuple[Floats, Floats] | None = None
 
 
 def robust_sigma(values: Floats) -> float:
@@ -133,12 +135,13 @@ def fit_model(
             max_nfev=rounds,
         ).x
     r = misfit(x)[:n] / root
-    # The solver's Jacobian is scaled by its loss; the sandwich of ``covariance`` needs the plain one.
+    # The solver's Jacobian is scaled by its loss; the sandwich of ``uncertainty`` needs the plain one.
     slopes = np.array([_slope(misfit, x, i)[:n] / root for i in range(len(x))]).reshape(len(x), n)
     plain = slopes.T / np.append(unit, np.ones(columns.shape[1]))
-    belief = (pull / GROWTH_SPREAD) ** 2
+    spreads = np.array([np.inf, *prior.spread, np.inf])[free]
+    belief = (pull / np.append(spreads, np.full(columns.shape[1], GROWTH_SPREAD))) ** 2
     grown = x[len(free) :]
-    return Fit(params(x), r, plain, free, belief, grown, robust_sigma(r), softness, trust)
+    return Fit(params(x), r, plain, free, belief, pull, grown, robust_sigma(r), softness, trust)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
@@ -174,45 +177,3 @@ def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: 
     ahead[i] += step
     behind[i] -= step
     return (function(ahead) - function(behind)) / (2 * step)
-
-
-def covariance(fit: Fit, labels: Labels) -> Floats:
-    """The covariance (k, k) of the free parameters; residuals of one line may be correlated at will.
-
-    The sandwich estimator of a robust fit, clustered by lines, each line's influence enlarged by its own
-    leverage (CR3, the jackknife over lines: Bell & McCaffrey 2002); one that tells something alone errs
-    as the worst of the others. What is not known of the growth counts.
-    """
-    count = int(labels.max()) + 1
-    # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
-    root = np.sqrt(fit.trust)
-    unit = np.maximum(np.abs(fit.jacobian).max(axis=0), 1e-100)
-    j = root[:, None] * fit.jacobian / unit
-    weighted = root * fit.residuals
-    size = (weighted / fit.softness) ** 2
-    influence = weighted / (1 + size)
-    curvature = (1 - size) / (1 + size) ** 2
-    k = j.shape[1]
-    scores = np.stack([np.bincount(labels, influence * j[:, i], count) for i in range(k)], axis=1)
-    information = np.empty((count, k, k))
-    for a in range(k):
-        for b in range(k):
-            information[:, a, b] = np.bincount(labels, curvature * j[:, a] * j[:, b], count)
-    free = len(fit.free)
-    belief = np.diag(np.where(np.arange(k) < free, 0.0, fit.belief / unit**2))
-    inverse = np.linalg.pinv(information.sum(axis=0) + belief)
-    leverage = information @ inverse
-    told = np.linalg.eigvals(leverage).real.max(axis=1) < MOST_LEVERAGE
-    if not told.any():
-        told[:] = True
-    left_out = np.eye(k) - leverage[told]
-    enlarged = np.linalg.solve(left_out + 1e-6 * np.eye(k), scores[told][..., None])[..., 0]
-    meat = enlarged.T @ enlarged
-    if not told.all():
-        # What errs beyond all check is taken to err as the worst of the others: in px^2, a line's error
-        # beside that of as many points which err by 1 px, each for itself.
-        errors = np.einsum("li,ij,lj->l", enlarged, inverse, enlarged)
-        worst = (errors / np.trace(leverage[told], axis1=1, axis2=2)).max()
-        meat += worst * information[~told].sum(axis=0)
-    whole = inverse @ meat @ inverse / np.outer(unit, unit)
-    return np.asarray(whole[:free, :free])

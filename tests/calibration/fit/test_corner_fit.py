@@ -9,7 +9,8 @@ from scipy.optimize import minimize
 from endocal.benchmarks.corner_score import straightness
 from endocal.calibration.board.lifted import Corners
 from endocal.calibration.fit.corner_fit import fit_corners, fit_corners_from_one
-from endocal.calibration.fit.plumb_line import Prior, covariance
+from endocal.calibration.fit.plumb_line import Prior
+from endocal.calibration.fit.uncertainty import covariance
 from endocal.calibration.straightness import LEAST_DENOMINATOR, root_mean_square
 from endocal.model import DivisionModel
 from endocal.synth.board import BoardScene, true_corners

@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from endocal.calibration.fit.plumb_line import Fit, Prior, fit_model
+from endocal.calibration.fit.uncertainty import covariance
+from endocal.model import DivisionModel
+
+from ..scenes import TRUTH, line_points
+
+PRIOR = Prior((319.5, 239.5), (32.0, 24.0))
+START = np.array([-1.5e-6, 319.5, 239.5])
+# Which way parallel lines run.
+ALONG, ACROSS = np.array([0.96, 0.28]), np.array([-0.28, 0.96])
+
+
+def fitted(points: np.ndarray, labels: np.ndarray, prior: Prior = PRIOR) -> Fit:
+    """Fit as the calibration does in the end: two or three standard deviations are no outlier."""
+    return fit_model(points, labels, START, 300, prior, softness=0.15)
+
+
+def stated(fit: Fit, labels: np.ndarray) -> np.ndarray:
+    """One standard deviation of each free parameter."""
+    return np.sqrt(np.diag(covariance(fit, labels)))
+
+
+def spread_of_z(errors: list[np.ndarray], sigmas: list[np.ndarray]) -> np.ndarray:
+    return np.sqrt(np.mean((np.array(errors) / np.array(sigmas)) ** 2, axis=0))
+
+
+def one_across() -> tuple[np.ndarray, np.ndarray]:
+    """Points and labels of twelve parallel lines, and of a last one that alone runs across.
+
+    The others leave the centre open along themselves.
+    """
+    model = DivisionModel(TRUTH[0], tuple(TRUTH[1:]), (640, 480))
+    t = np.linspace(-330, 330, 220)
+    along = [np.stack([t, np.full(220, y)], axis=1) for y in np.linspace(-200, 200, 12)]
+    straight = np.concatenate([*along, np.stack([np.full(220, 180.0), t * 0.6], axis=1)])
+    turned = straight @ np.array([ALONG, ACROSS])
+    return model.distort(TRUTH[1:] + turned), np.repeat(np.arange(13), 220)
+
+
+def along_and_across(fit: Fit, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the centre is off along those parallel lines and across them, px, and what is stated of it."""
+    axes = np.array([ALONG, ACROSS])
+    both = axes @ covariance(fit, labels)[1:3, 1:3] @ axes.T
+    return axes @ (fit.params - TRUTH)[1:3], np.sqrt(np.diag(both))
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.9, 0.98])
+def test_errors_that_neighbours_share_are_stated(shared: float) -> None:
+    """Each point errs as its neighbour, but for a part of its own: slow waves move the model more."""
+    errors, sigmas = [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        points, labels, normals = line_points(TRUTH, count=24, seed=seed)
+        own = rng.normal(0, 0.03 * np.sqrt(1 - shared**2), len(points))
+        off = lfilter([1.0], [1.0, -shared], own)
+        fit = fitted(points + off[:, None] * normals, labels)
+        errors.append(fit.params - TRUTH)
+        sigmas.append(stated(fit, labels))
+    z = spread_of_z(errors, sigmas)
+    assert np.all((z > 0.7) & (z < 1.4)), z
+
+
+def test_what_one_line_alone_tells_is_stated_by_how_the_others_err() -> None:
+    exact, labels = one_across()
+    errors, sigmas = [], []
+    for seed in range(40):
+        # Each point is the mean of five profiles, as those that are measured.
+        raw = np.random.default_rng(seed).normal(0, 0.1, (len(exact) + 4, 2))
+        fit = fitted(exact + sum(raw[i : i + len(exact)] for i in range(5)) / 5, labels)
+        error, sigma = along_and_across(fit, labels)
+        errors.append(error)
+        sigmas.append(sigma)
+    z = spread_of_z(errors, sigmas)
+    assert np.all((z > 0.7) & (z < 1.4)), z
+    # One statement is much as the next: it rests on all lines.
+    assert np.all(np.std(sigmas, axis=0) < 0.3 * np.mean(sigmas, axis=0))
+
+
+def test_a_noisy_line_is_known_to_be_one() -> None:
+    exact, labels = one_across()
+    sigmas = []
+    for across in (0.05, 0.2):
+        noise = np.where(labels == 12, across, 0.05)[:, None]
+        off = np.random.default_rng(3).normal(0, 1, exact.shape) * noise
+        sigmas.append(along_and_across(fitted(exact + off, labels), labels)[1])
+    # The centre along the others is told by this line alone; across them it is not.
+    assert sigmas[1][0] > 2 * sigmas[0][0]
+    assert sigmas[1][1] < 1.5 * sigmas[0][1]
+
+
+def test_what_was_believed_beforehand_is_known_still() -> None:
+    """Parallel lines alone tell nothing of the centre along themselves."""
+    exact, labels = one_across()
+    own = labels < 12
+    points = exact[own] + np.random.default_rng(1).normal(0, 0.05, exact[own].shape)
+    sigma = along_and_across(fitted(points, labels[own]), labels[own])[1]
+    assert 15 < sigma[0] < 32
+
+
+def test_nothing_is_stated_of_a_centre_that_was_given() -> None:
+    points, labels, _ = line_points(TRUTH)
+    fit = fitted(points, labels, Prior(tuple(TRUTH[1:]), (0.0, 0.0)))
+    assert covariance(fit, labels).shape == (1, 1)
