@@ -13,8 +13,8 @@ from ..boundary.detect import find_boundary
 from ..errors import CalibrationError, InputError, UsageError
 from .fit.measured import View
 from .fit.plumb_line import Prior
-from .image.content import content_mask
-from .image.edges import EdgePoints, find_edges
+from .image.content import content_masks
+from .image.edges import EdgePoints, find_edges_apart
 from .image.picture import Grey, Image, Mask, Picture, checked, fields, to_grey
 from .spec import CalibrationSpec
 from .straightness import Floats
@@ -61,11 +61,11 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
         grey = to_grey(image)
         boundary = find_boundary(np.rint(grey).astype(np.uint8), spec.pixel_aspect)
         boundaries.append(boundary)
-        content = content_mask(grey, boundary, spec.pixel_aspect, spec.roi)
+        content, beyond = content_masks(grey, boundary, spec.pixel_aspect, spec.roi)
         everywhere |= content
         for field in fields(grey):
-            edges, step = _edges(Picture(field, content), spec.pixel_aspect)
-            views.append(View(_square(field, spec.pixel_aspect), edges, number, step))
+            (edges, outer), step = _edges(Picture(field, content, beyond), spec.pixel_aspect)
+            views.append(View(_square(field, spec.pixel_aspect), edges, number, step, outer))
     if sum(len(view.edges) for view in views) < FEWEST_EDGES:
         where = "" if spec.roi is None else f" in --roi {','.join(map(str, spec.roi))}"
         raise CalibrationError(
@@ -92,8 +92,11 @@ def _check_fits(spec: CalibrationSpec, size: tuple[int, int]) -> None:
             raise UsageError(f"--center {x_:g},{y_:g} lies outside the {w}x{h} px picture")
 
 
-def _edges(picture: Picture, pixel_aspect: float) -> tuple[EdgePoints, int]:
-    """Edge points in square pixels, and how many times smaller the picture is on which they were sought."""
+def _edges(picture: Picture, pixel_aspect: float) -> tuple[list[EdgePoints], int]:
+    """Edge points in square pixels, of the content and beyond it.
+
+    Returns also how many times smaller the picture is on which they were sought.
+    """
     h, w = picture.grey.shape
     step = int(np.ceil(np.sqrt(h * w / MOST_PIXELS)))
     if step > 1:
@@ -101,15 +104,16 @@ def _edges(picture: Picture, pixel_aspect: float) -> tuple[EdgePoints, int]:
         grey = cv2.resize(
             picture.grey[: size[1] * step, : size[0] * step], size, interpolation=cv2.INTER_AREA
         )
-        picture = Picture(
-            np.asarray(grey, np.float32),
-            picture.content[: size[1] * step : step, : size[0] * step : step],
-        )
-    edges = find_edges(picture)
-    points = (edges.points + 0.5) * step - 0.5
-    gradients = edges.gradients / (pixel_aspect, 1.0)
-    gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
-    return EdgePoints(points * (pixel_aspect, 1.0), gradients), step
+        rows, columns = slice(None, size[1] * step, step), slice(None, size[0] * step, step)
+        beyond = None if picture.beyond is None else picture.beyond[rows, columns]
+        picture = Picture(np.asarray(grey, np.float32), picture.content[rows, columns], beyond)
+    found = []
+    for edges in find_edges_apart(picture):
+        points = (edges.points + 0.5) * step - 0.5
+        gradients = edges.gradients / (pixel_aspect, 1.0)
+        gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
+        found.append(EdgePoints(points * (pixel_aspect, 1.0), gradients))
+    return found, step
 
 
 def _square(grey: Grey, pixel_aspect: float) -> Grey:

@@ -55,6 +55,14 @@ def test_harder_pictures(scene) -> None:
     check(scene, lam=0.01, center=1.0)
 
 
+def test_a_sheet_before_a_black_background_keeps_its_edges() -> None:
+    # Its background touches the corners of the frame, as the surround of a circle would.
+    scene = random_board(64300020)
+    result = calibrate(render_board(scene))
+    assert result.boundary is None
+    assert result.model.center == pytest.approx(scene.model.center, abs=0.7)
+
+
 def test_a_second_parameter_that_is_not_told_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     plain = lens_fit.refine
 

@@ -7,7 +7,7 @@ views of a lens share its model, and keep their lines apart.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -49,12 +49,14 @@ class View:
     """What is seen in one field: grey levels (h, w), edge points, and the number of its picture.
 
     Edges were sought on the picture reduced ``step`` times: there is one point for so many px along them.
+    ``outer``: edge points in the dark surround or close to it, of which most are the rim's.
     """
 
     grey: Grey
     edges: EdgePoints
     picture: int = 0
     step: int = 1
+    outer: EdgePoints = field(default_factory=EdgePoints.none)
 
     @property
     def edge_length(self) -> int:

@@ -16,6 +16,7 @@ from ..straightness import Floats, Labels
 from .following import followed
 from .grouping import Grouping, LineSpec, group
 from .measured import ENOUGH_POINTS, FEWEST_LINES, Refined, View, fit_measured
+from .outer_lines import with_outer_lines
 from .plumb_line import Prior, fit_model
 
 # Where the fit is started besides the search's answer: lambda times the squared reach of the points.
@@ -149,7 +150,8 @@ def _refined_once(
     for view, g in zip(views, groups, strict=True):
         labels = followed(view.edges, g.labels, g.count, view.step) if second else g.labels
         found, own = view.edges.points[labels >= 0], labels[labels >= 0]
-        lines.append((found, merge_twins(found, own, params, TWINS) if g.count else own))
+        found, own = with_outer_lines(view, found, own, params, replace(spec, distance=distance))
+        lines.append((found, merge_twins(found, own, params, TWINS) if len(own) else own))
     return fit_measured(views, lines, params, sigma, reach, prior, content)
 
 

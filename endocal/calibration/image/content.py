@@ -30,17 +30,42 @@ def content_mask(
 
     ``roi`` is (x, y, width, height) in px; ``pixel_aspect`` a pixel's width over its height.
     """
+    return content_masks(grey, boundary, pixel_aspect, roi)[0]
+
+
+def content_masks(
+    grey: Grey,
+    boundary: Boundary | None,
+    pixel_aspect: float = 1.0,
+    roi: tuple[int, int, int, int] | None = None,
+) -> tuple[Mask, Mask]:
+    """Return the mask of ``content_mask``, and that of pixels in the dark surround or close to it.
+
+    In the second an edge is the rim's, or that of something bright before a background as black as the
+    surround. It has no pixel of the first, and none off the circle, the frame or the ``roi``.
+    """
+    margin = max(4, round(RIM_MARGIN * min(grey.shape)))
+    inside = _inside(grey, boundary, margin, pixel_aspect, roi)
+    off = _off_surround(grey, margin)
+    return inside & off, inside & ~off
+
+
+def _inside(
+    grey: Grey,
+    boundary: Boundary | None,
+    margin: int,
+    pixel_aspect: float,
+    roi: tuple[int, int, int, int] | None,
+) -> Mask:
+    """Everything in the circle, ``margin`` px off its rim, in the ``roi`` and off the frame's border."""
     h, w = grey.shape
-    margin = max(4, round(RIM_MARGIN * min(h, w)))
-    mask = _off_surround(grey, margin)
+    mask = np.zeros((h, w), bool)
+    mask[FRAME_MARGIN:-FRAME_MARGIN, FRAME_MARGIN:-FRAME_MARGIN] = True
     if boundary is not None:
         y, x = np.ogrid[:h, :w]
         dx = (x - boundary.center[0]) * pixel_aspect
         reach = max(0.0, boundary.diameter / 2 - margin)
         mask &= dx**2 + (y - boundary.center[1]) ** 2 < reach**2
-    border = np.zeros_like(mask)
-    border[FRAME_MARGIN:-FRAME_MARGIN, FRAME_MARGIN:-FRAME_MARGIN] = True
-    mask &= border
     if roi is not None:
         x0, y0, width, height = roi
         inside = np.zeros_like(mask)

@@ -40,6 +40,11 @@ class EdgePoints:
     points: Floats
     gradients: Floats
 
+    @classmethod
+    def none(cls) -> EdgePoints:
+        """No point at all."""
+        return cls(np.empty((0, 2)), np.empty((0, 2)))
+
     def __len__(self) -> int:
         return len(self.points)
 
@@ -50,15 +55,26 @@ class EdgePoints:
 
 def find_edges(picture: Picture) -> EdgePoints:
     """Find the edge points of a picture, ordered by rows; none is an empty set."""
+    return find_edges_apart(picture)[0]
+
+
+def find_edges_apart(picture: Picture) -> tuple[EdgePoints, EdgePoints]:
+    """Find the edge points of a picture's content, and those beyond it, by the content's thresholds."""
     smooth = _smoothed(picture.grey, SMOOTHING)
     dx, dy = _derivatives(smooth)
     magnitude = np.hypot(dx, dy)
     threshold = _threshold(magnitude, picture.content, _noise(smooth, magnitude, picture.content))
     # In units of their threshold, since Canny takes one for all.
     chains = _canny(dx / threshold, dy / threshold)
-    edges = np.where(picture.content, chains, 0).astype(np.uint8)
-    y, x = np.nonzero(_without_specks(edges))
-    return _sub_pixel(x, y, dx, dy, magnitude)
+    found = []
+    for mask in (picture.content, picture.beyond):
+        if mask is None or not mask.any():
+            found.append(EdgePoints.none())
+            continue
+        edges = np.where(mask, chains, 0).astype(np.uint8)
+        y, x = np.nonzero(_without_specks(edges))
+        found.append(_sub_pixel(x, y, dx, dy, magnitude))
+    return found[0], found[1]
 
 
 def _canny(dx: Grey, dy: Grey) -> NDArray[np.uint8]:

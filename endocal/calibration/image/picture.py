@@ -29,10 +29,14 @@ SMALLEST = 64
 
 @dataclass(frozen=True)
 class Picture:
-    """``grey`` (h, w) in grey levels 0 to 255; ``content`` (h, w): where edges may be looked for."""
+    """``grey`` (h, w) in grey levels 0 to 255; ``content`` (h, w): where edges may be looked for.
+
+    ``beyond`` (h, w): where they may be looked for once a model tells which are straight.
+    """
 
     grey: Grey
     content: Mask
+    beyond: Mask | None = None
 
 
 def checked(image: Image) -> Image:

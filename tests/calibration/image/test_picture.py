@@ -4,8 +4,13 @@ import pytest
 
 from endocal import calibrate
 from endocal.boundary.circle import Boundary
-from endocal.calibration.image.content import content_mask
-from endocal.calibration.image.edges import edge_directions, find_edges, sobel_gradients
+from endocal.calibration.image.content import content_mask, content_masks
+from endocal.calibration.image.edges import (
+    edge_directions,
+    find_edges,
+    find_edges_apart,
+    sobel_gradients,
+)
 from endocal.calibration.image.picture import Picture, field_shift, fields, to_grey
 from endocal.errors import InputError
 from endocal.model import DivisionModel
@@ -115,6 +120,22 @@ def test_rim_surround_and_frame_are_no_scene() -> None:
     assert mask[radius < 180].mean() > 0.95
     # Without the circle the dark around it tells the same.
     assert not content_mask(grey, None)[radius > 199].any()
+
+
+def test_what_lies_before_a_black_background_is_beyond_the_content() -> None:
+    grey = np.full((480, 640), 5.0, np.float32)
+    grey[120:360, 160:480] = 180.0
+    content, beyond = content_masks(grey, None)
+    assert not (content & beyond).any()
+    assert content[240, 320]
+    assert beyond[122, 320]
+    assert beyond[60, 320]
+    assert not beyond[:6].any()
+    inner, outer = find_edges_apart(Picture(grey, content, beyond))
+    assert len(inner) == 0
+    assert len(outer) == pytest.approx(2 * (240 + 320), rel=0.02)
+    circle = Boundary((320.0, 240.0), 400.0, 1.0, 1.0)
+    assert not content_masks(grey, circle)[1][240, 525]
 
 
 def test_dark_bars_that_run_out_of_the_frame_are_scene() -> None:
