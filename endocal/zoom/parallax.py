@@ -42,6 +42,11 @@ class MotionSpec:
     counts in full where the residuals of neighbours correlate by ``alike``, and less where each is on its
     own, as it is where noise or a soft picture makes it: it is averaged over ``remembered`` steps or so. So
     it is with what neighbours have in common from one step to the next.
+
+    An electronic zoom jumps, by 1.2 times or so. So where a zoom at rest leaves residuals of ``surprise``
+    times the usual ones of the last ``lately`` steps or so, a zoom by ``jump`` is tried instead, and taken
+    where it leaves less than the part ``explained`` of them. In the real laparoscopy, at rest, they are up
+    to three times the usual, and no zoom halves them. A round of the fit changes the zoom by ``most``.
     """
 
     zoom: float = 0.02
@@ -55,6 +60,11 @@ class MotionSpec:
     patches: float = 12.0
     alike: float = 0.1
     remembered: float = 25.0
+    surprise: float = 4.0
+    lately: float = 10.0
+    jump: float = 0.2
+    explained: float = 0.5
+    most: float = 0.1
 
 
 class ScaleStep(NamedTuple):
@@ -80,6 +90,31 @@ class ScaleStep(NamedTuple):
     generator: Points = np.zeros((3, 3))
 
 
+class _Pair(NamedTuple):
+    """Places in two pictures and how the lens shows them: the arguments of ``SceneShape.scale_between``."""
+
+    before: Points
+    after: Points
+    model: DivisionModel
+    diameter: float
+    drift: tuple[float, float]
+    noise: float
+
+
+class _Fit(NamedTuple):
+    """A step, and what else came of its fit: the scene's shape, (5,), and its covariance.
+
+    Besides the ``residual`` (n, 2) px of each place, its ``weight`` (n,), and the residuals' ``scale``, px.
+    """
+
+    step: ScaleStep
+    shape: Points
+    covariance: Points
+    residual: Points
+    weight: NDArray[np.float64]
+    scale: float
+
+
 class SceneShape:
     """The relative inverse depth of the scene over the field of view, learned while the motion is read."""
 
@@ -88,6 +123,8 @@ class SceneShape:
         self._shape = np.zeros(5)
         self._covariance = np.eye(5) * spec.shape**2
         self._likeness = Likeness(spec.remembered)
+        # How far off places usually are, px.
+        self._usual: float | None = None
 
     def scale_between(
         self,
@@ -110,10 +147,35 @@ class SceneShape:
         standard deviation); what the spec says without. Tukey's biweight keeps out what moves on its own.
         """
         spec = self._spec
+        hand = spec.approach if hand is None else hand
+        pair = _Pair(before, after, model, diameter, drift, noise)
+        zoom = spec.resting if rests else spec.zoom
+        fit = self._fit(pair, zoom, hand)
+        if rests and fit.scale > spec.surprise * max(self._usual or 0.0, noise):
+            # Something else than a hand before this scene, that a zoom at rest is no part of.
+            jumped = self._fit(pair, spec.jump, hand)
+            if jumped.scale < spec.explained * fit.scale:
+                fit = jumped
+        self._learn(before, fit)
+        return fit.step._replace(
+            lasting=part_of(self._likeness.lasting, spec.alike), curved=self._curved
+        )
+
+    def _learn(self, before: Points, fit: _Fit) -> None:
+        """Take in what a step says of the scene's shape and of residuals."""
+        self._shape, self._covariance = fit.shape, fit.covariance
+        self._likeness.learn(before, fit.residual, fit.weight)
+        usual = fit.scale if self._usual is None else self._usual
+        # One that is far off is no measure of the others.
+        self._usual = usual + (min(fit.scale, 2 * usual) - usual) / self._spec.lately
+
+    def _fit(self, pair: _Pair, zoom: float, hand: float) -> _Fit:
+        """Fit a step, where a zoom by ``zoom`` and an approach by ``hand`` are expected."""
+        spec, (before, after, model, diameter, drift, noise) = self._spec, pair
         strength, strength2 = model.lam * diameter**2, model.lam2 * diameter**4
         focal = guessed_focal(strength, strength2, spec.focal)
         start, _ = undistorted(before / diameter, strength, strength2)
-        known = self._known(rests, spec.approach if hand is None else hand)
+        known = self._known(zoom, hand)
         shape, motion, logarithm = self._shape, np.zeros(12), 0.0
         weight, scale = np.ones(len(before)), 0.0
         for _ in range(_FIT_ROUNDS):
@@ -141,26 +203,23 @@ class SceneShape:
             motion = covariance @ target
             shape = shape + np.clip(motion[_SHAPE], -spec.shape, spec.shape)
             residual = shift - design @ motion
-            logarithm += float(np.clip(motion[_ZOOM], -spec.zoom * 5, spec.zoom * 5))
+            logarithm += float(np.clip(motion[_ZOOM], -spec.most, spec.most))
             scale = max(spread(residual), noise)
             weight = biweight(residual, scale)
-        self._shape, self._covariance = shape, covariance[_SHAPE, _SHAPE]
-        self._likeness.learn(before, residual, weight)
-        sigma = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
+        deviation = math.sqrt(max(float(covariance[_ZOOM, _ZOOM]), 0.0))
         found = np.array([logarithm, motion[_APPROACH]])
         both = np.linalg.inv(covariance[np.ix_(_ALONG_AXIS, _ALONG_AXIS)])
         expected = np.diag(known[_ALONG_AXIS, _ALONG_AXIS])
-        return ScaleStep(
+        step = ScaleStep(
             logarithm,
-            sigma,
+            deviation,
             float(found[1]),
             both - expected,
             both @ found,
             motion[_SHIFT],
-            part_of(self._likeness.lasting, spec.alike),
-            self._curved,
-            _generator(motion, shape, focal),
+            generator=_generator(motion, shape, focal),
         )
+        return _Fit(step, shape, covariance[_SHAPE, _SHAPE], residual, weight, scale)
 
     @property
     def _curved(self) -> float:
@@ -170,10 +229,9 @@ class SceneShape:
         )
         return math.sqrt(max(square, 0.0))
 
-    def _known(self, rests: bool, hand: float) -> NDArray[np.float64]:
+    def _known(self, zoom: float, hand: float) -> NDArray[np.float64]:
         """Return the inverse covariance of the parameters before looking: (12, 12)."""
         spec = self._spec
-        zoom = spec.resting if rests else spec.zoom
         sigma = np.array([spec.turn] * 3 + [spec.shift] * 2 + [hand] + [1.0] * 5 + [zoom])
         known = np.diag(sigma**-2.0)
         known[_SHAPE, _SHAPE] = np.linalg.inv(self._covariance + np.eye(5) * spec.reshaping**2)

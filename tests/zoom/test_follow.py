@@ -102,6 +102,16 @@ def test_beyond_the_rim_the_picture_tells_the_zoom_until_the_rim_is_back() -> No
     assert doubt[-1] < 0.002
 
 
+@pytest.mark.parametrize("jump", [1.2, 1 / 1.2])
+def test_a_zoom_that_jumps_beyond_the_rim_is_followed(jump: float) -> None:
+    there = 700 / math.sqrt(jump)
+    out = 400 * np.exp(np.linspace(0, math.log(there / 400), 40))
+    diameters = np.concatenate([[400.0] * 5, out, [there] * 15, [there * jump] * 20])
+    found = list(follow(ZoomFollower(TABLE), (frame(d, i) for i, d in enumerate(diameters))))
+    errors = [math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)]
+    assert np.abs(errors[-35:]).max() < 0.01
+
+
 def test_steps_that_are_too_small_are_made_up_for(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = SceneShape.scale_between
 

@@ -119,6 +119,52 @@ def test_in_a_cavity_a_camera_that_comes_nearer_is_not_taken_for_a_zoom(speed: f
     assert abs(late) < 0.05 * approach
 
 
+@pytest.mark.parametrize("logarithm", [-0.18, -0.1, 0.1, 0.18])
+def test_a_zoom_that_jumps_from_rest_is_followed(logarithm: float) -> None:
+    scene, hand, rng = (
+        SceneShape(),
+        camera((0.004, -0.003), 0.0, 0.0, 0.0),
+        np.random.default_rng(7),
+    )
+    for seed in range(6):
+        before = places(seed)
+        jump = logarithm if seed == 5 else 0.0
+        after = moved(before, jump, hand) + rng.normal(0, 0.05, before.shape)
+        step = scene.scale_between(
+            before - MIDDLE, after - MIDDLE, model(), DIAMETER, noise=0.05, rests=True, hand=0.003
+        )
+    assert step.logarithm == pytest.approx(logarithm, abs=0.002)
+    assert step.curved < 0.1
+
+
+def test_what_no_zoom_explains_is_none() -> None:
+    # Two thirds of the picture move on their own, some one way and some the other.
+    scene, rng = SceneShape(), np.random.default_rng(7)
+    for seed in range(6):
+        before = places(seed)
+        after = before + rng.normal(0, 0.05, before.shape)
+        if seed == 5:
+            after[:50] += np.array([9.0, -4.0])
+            after[50:100] -= np.array([3.0, 7.0])
+        step = scene.scale_between(
+            before - MIDDLE, after - MIDDLE, model(), DIAMETER, noise=0.05, rests=True, hand=0.003
+        )
+    assert abs(step.logarithm) < 0.003
+
+
+def test_a_zoom_under_way_before_the_scene_is_known_is_no_curved_scene() -> None:
+    scene, rng = SceneShape(), np.random.default_rng(7)
+    for seed in range(4):
+        before = places(seed)
+        after = moved(before, 0.035, camera((0.004, -0.003), 0.0, 0.0, 0.0))
+        after += rng.normal(0, 0.05, before.shape)
+        step = scene.scale_between(
+            before - MIDDLE, after - MIDDLE, model(), DIAMETER, noise=0.05, rests=True, hand=0.003
+        )
+        assert step.logarithm == pytest.approx(0.035, rel=0.1)
+    assert step.curved < 0.1
+
+
 def test_errors_that_neighbours_share_leave_more_open_than_errors_of_their_own() -> None:
     rng, sigmas = np.random.default_rng(4), []
     for shared in (False, True):
