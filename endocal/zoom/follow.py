@@ -16,6 +16,7 @@ from .anchor import Anchor, AnchorSpec
 from .clock import Elapsed, FrameClock
 from .doubt import GrowingDoubt, doubt_after
 from .parallax import ScaleStep
+from .repeats import Repeats, RepeatSpec
 from .rest import RestSpec, ZoomRest
 from .shift import CircleShift, ShiftSpec, shifted
 from .slow import SlowSpec, SlowZoom
@@ -52,6 +53,7 @@ class FollowSpec:
     cut: float = 0.3
     limit: float = 0.15
     boundary: BoundarySpec = field(default_factory=BoundarySpec)
+    repeat: RepeatSpec = field(default_factory=RepeatSpec)
     smoothing: SmoothingSpec = field(default_factory=SmoothingSpec)
     shift: ShiftSpec = field(default_factory=ShiftSpec)
     tracking: TrackingSpec = field(default_factory=TrackingSpec)
@@ -98,6 +100,10 @@ class ZoomFollower:
         # The speed of a zoom, per s, that nothing tells any more; it may go on.
         self._abandoned = 0.0
         self._clock = FrameClock()
+        self._repeats = Repeats(spec.repeat)
+        # What went by in frames that repeat the last one that did not, and the estimate for that.
+        self._passed = Elapsed(0.0, 0.0)
+        self._latest: ZoomEstimate | None = None
         self._last: Boundary | None = None
         # What the part of the rim that was last seen leaves open of its width, relative; it is no noise.
         self._shape = 0.0
@@ -119,12 +125,22 @@ class ZoomFollower:
                 f"the zoom table is for frames of {self._table.size[0]}x{self._table.size[1]},"
                 f" not {size[0]}x{size[1]}: rescale it"
             )
+        elapsed, recount = self._clock.tick(time_s)
+        self._filter.recount(recount)
+        elapsed = Elapsed(*(a + b for a, b in zip(self._passed, elapsed, strict=True)))
+        if self._repeats.has(luma) and self._latest is not None:
+            self._passed = elapsed
+            return self._latest
+        self._passed = Elapsed(0.0, 0.0)
+        self._latest = self._look(luma, elapsed, time_s)
+        return self._latest
+
+    def _look(self, luma: Luma, elapsed: Elapsed, time_s: float | None) -> ZoomEstimate:
+        """Return the estimate for a frame that is no repeat."""
         located = locate_boundary(
             luma, self._table.pixel_aspect, self._spec.boundary, guess=self._last
         )
         self._last = None if located is None else located.boundary
-        elapsed, recount = self._clock.tick(time_s)
-        self._filter.recount(recount)
         if self._filter.known and not (self._is_assumed and located is not None):
             source = self._follow(luma, located, elapsed)
         elif located is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import count
 from typing import Any
 
@@ -110,6 +110,24 @@ def test_a_zoom_that_jumps_beyond_the_rim_is_followed(jump: float) -> None:
     found = list(follow(ZoomFollower(TABLE), (frame(d, i) for i, d in enumerate(diameters))))
     errors = [math.log(e.diameter / d) for e, d in zip(found, diameters, strict=True)]
     assert np.abs(errors[-35:]).max() < 0.01
+
+
+@pytest.mark.parametrize("repeats", [lambda i: i % 2 == 1, lambda i: i % 5 in (1, 3)])
+def test_repeated_frames_are_no_zoom_that_rests(repeats: Callable[[int], bool]) -> None:
+    zoom = 400 * np.exp(np.concatenate([[0] * 6, 0.015 * np.arange(50), [0.75] * 20]))
+    shown = [i - next(n for n in count() if not repeats(i - n)) for i in range(len(zoom))]
+    images = {i: frame(zoom[i], i) for i in set(shown)}
+    found = list(follow(ZoomFollower(TABLE), (images[i] for i in shown)))
+    errors = [math.log(e.diameter / zoom[i]) for e, i in zip(found, shown, strict=True)]
+    assert np.abs(errors[15:]).max() < 0.01
+
+
+def test_a_picture_that_freezes_changes_nothing() -> None:
+    still = beyond_the_rim()
+    found = with_rim_out(*still, *[still[-1]] * 50, *still)
+    assert {e.source for e in found} == {"tracked"}
+    assert found[-1].diameter == pytest.approx(found[len(still) - 1].diameter, rel=0.002)
+    assert found[-1].relative_uncertainty < 0.1
 
 
 def test_steps_that_are_too_small_are_made_up_for(monkeypatch: pytest.MonkeyPatch) -> None:
