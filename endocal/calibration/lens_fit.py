@@ -36,7 +36,7 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
     refined = looks[0]
     if spec.model == "division":
         if not departs(refined):
-            return told_by_grid(refined, reach, prior, 0.0), 0.0
+            return told_by_grid(refined, reach, 0.0), 0.0
         # A model that follows the lens more closely finds its lines whole.
         two = refine(views, start, reach, prior, True, SEEN * farthest(refined))
         if two and len(two[0].measured.points) > len(refined.measured.points):
@@ -60,7 +60,7 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
         best, radius = refined, radii[0]
         if departs(refined):
             best = straightened(looks, reach, prior, radius)
-    return best if departs(best) else told_by_grid(best, reach, prior, radius), radius
+    return told_by_grid(best, reach, radius), radius
 
 
 def _as_straight(one: Refined, other: Refined) -> bool:

@@ -15,17 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from ..board.lattice import numbers_of
-from ..board.pattern import crossings_of
+from ..board.numbered import Numbered, numbered_lines
 from ..board.pencils import Pencils, pencils_through
-from ..measure.growth import growth_columns
+from ..measure.growth import growth_columns, smooth_growth
 from ..measure.profiles import Measured
-from ..straightness import Floats, Labels
+from ..straightness import Floats, Labels, residuals
 from .line_places import LinePlaces
-from .plumb_line import ALIKE, Fit
+from .plumb_line import ALIKE, Fit, robust_sigma
 
-# A board's grid is looked for where so many of its rows and so many of its columns are numbered.
-FEWEST_NUMBERED = 4
 # Of all points so many tell where the lines run.
 ENOUGH_POINTS = 4000
 # Rounds in which the lines' places, and how irregular the boards are, are found anew; till that changes by
@@ -35,46 +32,20 @@ SETTLED = 1e-3
 # A line farther from its place than so many standard deviations counts ever less (Cauchy): its number may be
 # wrong.
 SOFTNESS = 4.0
+# What moves the lines by less than this share of what does most does not move them.
+LEAST_SIZE = 1e-9
 # Half of all squares of normal deviates are smaller than this.
 MEDIAN_SQUARE = 0.455
-
-
-@dataclass(frozen=True)
-class Numbered:
-    """Lines that are known on a board: their labels ``line`` (n,), ``board``, ``family`` and ``number``."""
-
-    line: Labels
-    board: Labels
-    family: Labels
-    number: Labels
-
-
-def numbered_lines(measured: Measured, view: Labels) -> Numbered:
-    """Return the lines that the crossings of each view number, where a view shows enough of them.
-
-    ``view`` (n,) tells which view each point is from. Boards are numbered from 0.
-    """
-    parts: list[tuple[Labels, ...]] = []
-    for own in (view == v for v in np.unique(view)):
-        lines = np.unique(measured.labels[own])
-        family, number = numbers_of(crossings_of(measured.take(own)), len(lines))
-        if min(np.count_nonzero(family == f) for f in (0, 1)) >= FEWEST_NUMBERED:
-            known = family >= 0
-            board = np.full(np.count_nonzero(known), len(parts))
-            parts.append((lines[known], board, family[known], number[known]))
-    if not parts:
-        return Numbered(*(np.empty(0, np.intp),) * 4)
-    return Numbered(*(np.concatenate(p).astype(np.intp) for p in zip(*parts, strict=True)))
 
 
 def fit_grid(measured: Measured, view: Labels, fit: Fit, reach: float) -> Fit | None:
     """Fit the model of ``fit``, and a grid for each board, to lines that are measured and fitted already.
 
     What straightness tells of the model and of growth is summed up by the information of ``fit`` about its
-    answer. ``view`` (n,): which view each point is from; ``reach`` px: how far the points go. Returns a fit
-    that rests on the lines' places, too; None where no board's lines are numbered.
+    answer. ``view`` (n,): which view each point is from; ``reach`` px: how far the points go. None where no
+    board's lines have a place.
     """
-    lines = numbered_lines(measured, view)
+    lines = numbered_lines(measured, view, fit.params)
     at_a_bound = not fit.jacobian[:, : len(fit.free)].any(axis=0).all()
     if len(lines.line) == 0 or at_a_bound:
         return None
@@ -84,11 +55,16 @@ def fit_grid(measured: Measured, view: Labels, fit: Fit, reach: float) -> Fit | 
     few = measured.in_order(np.arange(0, len(measured.points), step), measured.labels[::step])
     weights = step * told.weights[::step]
 
+    seen = columns[::step]
+    if not lines.placed.all():
+        # Bars' edges show how far they have grown by where they are: whatever smooth growth there is is told.
+        seen = np.hstack([seen, smooth_growth(few.points, few.sides)])
+
     def places_under(params: Floats) -> LinePlaces:
-        return LinePlaces.of(few, lines.line, params, weights, columns[::step])
+        return LinePlaces.of(few, lines.line, params, weights, seen)
 
     near = _Near.of(told, np.zeros(len(told.root)), places_under)
-    grids = _Grids.through(near.places, lines, reach)
+    grids = _Grids.through(near.places, lines, reach, seen.shape[1] - columns.shape[1])
     y, irregular = near.y, 0.0
     for _ in range(ROUNDS):
         shares = 1 / np.sqrt(1 + near.places.mass * irregular**2 / told.noise)
@@ -97,7 +73,18 @@ def fit_grid(measured: Measured, view: Labels, fit: Fit, reach: float) -> Fit | 
         near = _Near.of(told, y, places_under)
         if abs(irregular - before) < SETTLED:
             break
-    return _as_fit(fit, near, grids, shares)
+    params, grown = told.params(y), told.grown(y)
+    left = residuals(
+        measured.points, measured.labels, params, told.weights, measured.sides, columns @ grown
+    )
+    return replace(
+        fit,
+        params=params,
+        growth=grown,
+        residuals=left,
+        sigma=robust_sigma(left),
+        places=_places(near, grids, shares),
+    )
 
 
 @dataclass(frozen=True)
@@ -154,51 +141,69 @@ class _Near:
         beside = [places_under(told.params(y + step * way)) for way in np.eye(len(y))]
         return cls(told, y, here, np.array([(b.sums - here.sums) / step for b in beside]))
 
-    def off(self, y: Floats, lines: Floats) -> Floats:
-        """How far ``lines`` (n, 3) depart from the points' own where y is, (n, 2) px times root of mass."""
+    def off(self, y: Floats, grids: _Grids) -> Floats:
+        """How far the grids' lines depart from the points' own where y is, (n, 2) px times root of mass."""
         sums = self.places.sums + np.tensordot(y - self.y, self.slopes, 1)
-        return replace(self.places, sums=sums).off(lines, self.told.grown(y))
+        grown = np.append(self.told.grown(y), grids.growth)
+        return replace(self.places, sums=sums).off(grids.places(), grown)
 
 
 @dataclass(frozen=True)
 class _Grids:
-    """The pencils of each board, the ways (8, 9) in which they may move, and the lines that are theirs."""
+    """The pencils of each board, the ways (w, 9) in which each may move, and the lines that are theirs.
+
+    ``numbers`` (n,) are the lines' own, those of ``open`` (m,) still to be found. ``growth`` (g,): how much
+    there is of growth that the fit knows nothing of.
+    """
 
     pencils: tuple[Pencils, ...]
     ways: tuple[Floats, ...]
     lines: Numbered
+    numbers: Floats
+    open: Labels
+    growth: Floats
 
     @classmethod
-    def through(cls, places: LinePlaces, lines: Numbered, reach: float) -> _Grids:
-        """Find the grids nearest to where lines run."""
-        found = []
+    def through(cls, places: LinePlaces, lines: Numbered, reach: float, growths: int) -> _Grids:
+        """Find the grids nearest to where lines run, with no growth of any of so many kinds."""
+        pencils, ways = [], []
+        numbers, still = np.empty(len(lines.line)), ~lines.placed
+        at = np.column_stack([places.normals, -places.offsets])
         for board in range(int(lines.board.max()) + 1):
-            own = lines.board == board
-            numbers = lines.family[own], lines.number[own]
-            found.append(pencils_through(places.normals[own], places.offsets[own], *numbers, reach))
-        pencils, ways = zip(*found, strict=True)
-        return cls(pencils, ways, lines)
+            own = np.flatnonzero(lines.board == board)
+            known = lines.family[own], lines.number[own], lines.placed[own]
+            grid, may_move, numbers[own] = pencils_through(at[own], *known, reach)
+            pencils.append(grid)
+            ways.append(may_move)
+            # The first of a family without places is what the others are counted from.
+            still[own[~lines.placed[own]][:1]] = False
+        return cls(
+            tuple(pencils), tuple(ways), lines, numbers, np.flatnonzero(still), np.zeros(growths)
+        )
 
     @property
     def freedom(self) -> int:
         """How many numbers the grids have."""
-        return sum(len(ways) for ways in self.ways)
+        return sum(len(ways) for ways in self.ways) + len(self.open) + len(self.growth)
 
     def moved(self, steps: Floats) -> _Grids:
-        """The grids moved by ``steps`` (freedom,) along their ways."""
-        each = np.split(steps, np.cumsum([len(ways) for ways in self.ways])[:-1])
+        """The grids moved by ``steps`` (freedom,) along their ways, and the open numbers."""
+        parts = [len(ways) for ways in self.ways] + [len(self.open)]
+        *each, more, growth = np.split(steps, np.cumsum(parts))
         moved = [
             replace(p, vector=p.vector + step @ ways)
             for p, ways, step in zip(self.pencils, self.ways, each, strict=True)
         ]
-        return replace(self, pencils=tuple(moved))
+        numbers = self.numbers.copy()
+        numbers[self.open] += more
+        return replace(self, pencils=tuple(moved), numbers=numbers, growth=self.growth + growth)
 
     def places(self) -> Floats:
         """Where the lines run in the grids, (n, 3)."""
         found = np.empty((len(self.lines.line), 3))
         for board, pencils in enumerate(self.pencils):
             own = self.lines.board == board
-            found[own] = pencils.lines(self.lines.family[own], self.lines.number[own])
+            found[own] = pencils.lines(self.lines.family[own], self.numbers[own])
         return found
 
 
@@ -207,7 +212,7 @@ def _solved(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, _Grids]
     count = len(near.y)
 
     def misfit(x: Floats) -> Floats:
-        off = near.off(x[:count], grids.moved(x[count:]).places())
+        off = near.off(x[:count], grids.moved(x[count:]))
         return np.concatenate([x[:count], (off * shares[:, None]).ravel()])
 
     def loss(z: Floats) -> Floats:
@@ -226,7 +231,7 @@ def _solved(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, _Grids]
 def _irregularity(near: _Near, grids: _Grids, y: Floats) -> float:
     """The standard deviation, px, by which lines lie elsewhere than noise and the grids have it."""
     mass = np.repeat(near.places.mass, 2)
-    square = near.off(y, grids.places()).ravel() ** 2 / mass
+    square = near.off(y, grids).ravel() ** 2 / mass
     usual = MEDIAN_SQUARE * max(1 - grids.freedom / len(square), 0.1)
 
     def excess(variance: float) -> float:
@@ -238,29 +243,25 @@ def _irregularity(near: _Near, grids: _Grids, y: Floats) -> float:
     return float(np.sqrt(brentq(excess, 0.0, most)))
 
 
-def _as_fit(fit: Fit, near: _Near, grids: _Grids, shares: Floats) -> Fit:
-    """The whole as one fit, the lines' places weighed as their distances from the grids tell."""
-    told, count = near.told, len(near.y)
+def _places(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, Floats]:
+    """The residuals (q,) of the lines' places beside the grids, and their jacobian (q, u), as they weigh.
+
+    What the grids explain is taken off, and what is left enlarged by how far each place pulls its grid.
+    """
+    count = len(near.y)
 
     def off(x: Floats) -> Floats:
-        moved = near.off(x[:count], grids.moved(x[count:]).places())
+        moved = near.off(x[:count], grids.moved(x[count:]))
         return np.asarray((moved * shares[:, None]).ravel())
 
     x = np.concatenate([near.y, np.zeros(grids.freedom)])
-    step = 1e-3 * np.sqrt(told.noise) * np.eye(len(x))
+    step = 1e-3 * np.sqrt(near.told.noise) * np.eye(len(x))
     step[count:] *= 1e-3
     jacobian = np.stack([(off(x + s) - off(x - s)) / (2 * s.max()) for s in step], axis=1)
     here = off(x)
-    root = 1 / np.sqrt(1 + here**2 / (SOFTNESS**2 * told.noise))
-    # What the grids explain is taken off, and what is left enlarged by how far each place pulls its grid.
-    basis, _ = np.linalg.qr(root[:, None] * jacobian[:, count:])
-    own = root[:, None] * (jacobian[:, :count] @ told.root)
+    root = 1 / np.sqrt(1 + here**2 / (SOFTNESS**2 * near.told.noise))
+    basis, sizes, _ = np.linalg.svd(root[:, None] * jacobian[:, count:], full_matrices=False)
+    basis = basis[:, sizes > LEAST_SIZE * sizes[0]]
+    own = root[:, None] * (jacobian[:, :count] @ near.told.root)
     own -= basis @ (basis.T @ own)
-    here = root * here / np.sqrt(np.maximum(1 - np.sum(basis**2, axis=1), 0.1))
-    return replace(
-        fit,
-        params=told.params(near.y),
-        residuals=fit.residuals + fit.jacobian @ told.change(near.y),
-        growth=told.grown(near.y),
-        places=(here, own),
-    )
+    return root * here / np.sqrt(np.maximum(1 - np.sum(basis**2, axis=1), 0.1)), own

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..measure.profiles import Measured
-from ..straightness import Floats, Labels, Totals, Undistorted, fit_lines_by, leftward, two_sided
+from ..straightness import (
+    Floats,
+    Labels,
+    Lines,
+    Totals,
+    Undistorted,
+    fit_lines_by,
+    leftward,
+    two_sided,
+)
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,9 @@ class LinePlaces:
         at = Undistorted.of(m.points, params)
         total = Totals(m.labels, int(m.labels.max()) + 1)
         own = fit_lines_by(at.u, m.labels, weights * at.denominator**2, total)
+        # To the left of each: a fitted normal turns round as a line turns past some direction.
+        left = leftward(m.points, m.labels, own.normals)
+        own = Lines(own.normals * left[:, None], own.offsets * left)
         normals = own.normals.take(m.labels, axis=0)
         scale = at.scale(normals)
         along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
@@ -47,13 +59,12 @@ class LinePlaces:
         both_sides = two_sided(m.sides, m.labels)
         place = apart_from(both_sides, 1 / scale)
         turn = apart_from(place, apart_from(both_sides, along))
-        left = leftward(m.points, m.labels, own.normals)[m.labels]
         sums, growth = [], []
         for column in (place, turn):
             unit = column / np.sqrt(np.maximum(total(weights * column**2), 1e-12))[m.labels]
             over = weights * unit
             sums.append([total(over * v / scale)[lines] for v in (*at.u.T, np.ones(len(scale)))])
-            growth.append([total(over * left * c)[lines] for c in columns.T])
+            growth.append([total(over * c)[lines] for c in columns.T])
         return cls(
             np.array(sums).transpose(2, 0, 1),
             np.array(growth).reshape(2, -1, len(lines)).transpose(2, 0, 1),

@@ -20,7 +20,7 @@ from ..measure.profiles import Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
-from .plumb_line import Fit, Prior, fit_model, robust_sigma, within
+from .plumb_line import Fit, Prior, fit_model, folds, robust_sigma
 from .uncertainty import covariance
 
 # Lines that a fit needs at least.
@@ -68,9 +68,8 @@ class View:
 class Refined:
     """A fit with the measured points it rests on.
 
-    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen. Where not the
-    points alone told the model, there is the fit that did: to the board's ``corners``, with its residuals'
-    lines (m,), or to the points and the board's ``grid``.
+    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen; ``corners``,
+    where they rather than the points told the model, the fit to them and its residuals' lines (m,).
     """
 
     fit: Fit
@@ -78,12 +77,11 @@ class Refined:
     view: Labels
     board: bool
     corners: tuple[Fit, Labels] | None = None
-    grid: Fit | None = None
 
     @property
     def covariance(self) -> Floats:
         """The covariance (k, k) of the model's parameters, by what told them; zeros for a given centre."""
-        fit, labels = self.corners or (self.grid or self.fit, self.measured.labels)
+        fit, labels = self.corners or (self.fit, self.measured.labels)
         full = np.zeros((len(fit.params), len(fit.params)))
         full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
         return full
@@ -173,24 +171,23 @@ def told_by_corners(
     refined: Refined, corners: tuple[Fit, Labels], reach: float, prior: Prior, content: float
 ) -> Refined:
     """Take the model from a fit to ``corners``, and see what the measured points leave under it."""
-    seen = _left_by(corners[0].params, refined, reach, prior, content)
+    fit = refined.fit
+    params = corners[0].params
+    seen = _fit(refined.measured, params, reach, prior, fit.softness, content, held=True)
     return replace(refined, fit=seen, corners=corners)
 
 
-def told_by_grid(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:
-    """Take the model that makes a board's lines a regular grid, too, where its lines are numbered."""
-    grid = fit_grid(refined.measured, refined.view, refined.fit, reach)
-    if grid is None:
+def told_by_grid(refined: Refined, reach: float, content: float) -> Refined:
+    """Take the model that makes a board's lines those of a regular grid, too, where they have places in it.
+
+    A lens that departs from the model moves lines off any grid.
+    """
+    if departure_from_model(refined.fit, refined.measured.labels).ratio >= MODEL_HOLDS:
         return refined
-    params = within(grid.params, content)
-    seen = _left_by(params, refined, reach, prior, content)
-    return replace(refined, fit=seen, grid=replace(grid, params=params))
-
-
-def _left_by(params: Floats, refined: Refined, reach: float, prior: Prior, content: float) -> Fit:
-    """What a model leaves of the residuals of the measured points."""
-    softness = refined.fit.softness
-    return _fit(refined.measured, params, reach, prior, softness, content, held=True)
+    fit = fit_grid(refined.measured, refined.view, refined.fit, reach)
+    if fit is None or folds(fit.params, content):
+        return refined
+    return replace(refined, fit=fit)
 
 
 def magnified(refined: Refined, reach: float, prior: Prior, content: float) -> Refined:

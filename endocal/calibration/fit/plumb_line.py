@@ -99,7 +99,9 @@ def fit_model(
     def params(x: Floats) -> Floats:
         out = start.copy()
         out[free] += x[: len(free)] * unit
-        return within(out, monotonic)
+        if len(out) > 3 and monotonic > 0:
+            out[3] = np.clip(out[3], *second_range(out[0], monotonic))
+        return out
 
     def misfit(x: Floats) -> Floats:
         at = params(x)
@@ -153,11 +155,12 @@ def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
     return np.minimum(low, -1e-3), np.maximum(high, 1e-3)
 
 
-def within(params: Floats, radius: float) -> Floats:
-    """Return the parameters, lam2 so that the map does not fold within ``radius`` px; 0 for any lam2."""
+def folds(params: Floats, radius: float) -> bool:
+    """Whether the two-parameter model, if it is one, folds within ``radius`` px."""
     if len(params) < 4 or radius <= 0:
-        return params
-    return np.array([*params[:3], np.clip(params[3], *second_range(params[0], radius))])
+        return False
+    low, high = second_range(params[0], radius)
+    return not low <= params[3] <= high
 
 
 def second_range(lam: float, radius: float) -> tuple[float, float]:

@@ -31,3 +31,15 @@ def growth_columns(sides: Floats, levels: Floats, labels: Labels) -> Floats:
         spread = np.maximum(levels.std(axis=0), LEAST_SPREAD)
         columns.extend(sides[:, None].T * np.clip((levels - usual) / spread, -FARTHEST, FARTHEST).T)
     return np.stack(columns, axis=1) if columns else np.empty((len(sides), 0))
+
+
+def smooth_growth(points: Floats, sides: Floats) -> Floats:
+    """Return (n, 6) columns by which growth of edges at ``points`` (n, 2) px may differ over the picture.
+
+    A polynomial of second degree in their places, for whatever grey levels do not tell of it.
+    """
+    middle = points.mean(axis=0)
+    x, y = ((points - middle) / np.abs(points - middle).max()).T
+    return np.asarray(
+        sides[:, None] * np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+    )
