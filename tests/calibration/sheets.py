@@ -54,7 +54,7 @@ def board(
     parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     for family, count, other in ((0, ROWS - 1, COLUMNS), (1, COLUMNS - 1, ROWS)):
         for k in range(count):
-            t = np.linspace(-other / 2, other / 2, 32 * other + 1)
+            t = np.linspace(-other / 2, other / 2, 16 * other + 1)
             off = k + 1 - (count + 1) / 2 + rng.normal(0, astray)
             if (family, k) == (0, 2):
                 off += wrong
@@ -95,12 +95,12 @@ def bars(
     rng = np.random.default_rng(seed)
     lines = []
     for k in range(COLUMNS + 1):
-        y = np.linspace(-ROWS / 2, ROWS / 2, 32 * ROWS + 1)
+        y = np.linspace(-ROWS / 2, ROWS / 2, 16 * ROWS + 1)
         x = np.full(len(y), k - COLUMNS / 2 + rng.normal(0, astray))
         if k not in missing:
             lines.append((x, y, 1.0 if k % 2 == 0 else -1.0))
     for end in rows:
-        x = np.linspace(-COLUMNS / 2, COLUMNS / 2, 32 * COLUMNS + 1)
+        x = np.linspace(-COLUMNS / 2, COLUMNS / 2, 16 * COLUMNS + 1)
         x = x[(np.floor(x + COLUMNS / 2) % 2 == 0) & (np.abs(x) < seen)]
         lines.append((x, np.full(len(x), end), np.sign(end)))
     parts = []

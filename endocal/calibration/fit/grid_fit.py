@@ -229,15 +229,23 @@ def _solved(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, _Grids]
 
 
 def _irregularity(near: _Near, grids: _Grids, y: Floats) -> float:
-    """The standard deviation, px, by which lines lie elsewhere than noise and the grids have it."""
-    mass = np.repeat(near.places.mass, 2)
-    square = near.off(y, grids).ravel() ** 2 / mass
-    usual = MEDIAN_SQUARE * max(1 - grids.freedom / len(square), 0.1)
+    """The standard deviation, px, by which lines lie elsewhere than noise and the grids have it.
+
+    Uneven print moves lines aside and hardly turns them; the larger of both counts.
+    """
+    mass = near.places.mass
+    squares = near.off(y, grids) ** 2 / mass[:, None]
+    usual = MEDIAN_SQUARE * max(1 - grids.freedom / squares.size, 0.1)
+    return max(_spread(square, near.told.noise / mass, usual) for square in squares.T)
+
+
+def _spread(squares: Floats, noise: Floats, usual: float) -> float:
+    """What standard deviation beside the variances ``noise`` (n,) makes the median of squares ``usual``."""
 
     def excess(variance: float) -> float:
-        return float(np.median(square / (near.told.noise / mass + variance))) - usual
+        return float(np.median(squares / (noise + variance))) - usual
 
-    most = float(square.max())
+    most = float(squares.max())
     if excess(0.0) <= 0 or excess(most) >= 0:
         return 0.0 if excess(0.0) <= 0 else float(np.sqrt(most))
     return float(np.sqrt(brentq(excess, 0.0, most)))

@@ -43,7 +43,7 @@ def rms(errors: list[np.ndarray]) -> np.ndarray:
 
 
 def test_a_regular_board_tells_more_than_its_straight_lines() -> None:
-    results = [both(board(seed=seed)) for seed in range(40)]
+    results = [both(board(seed=seed)) for seed in range(16)]
     before, _, after, sigma = zip(*results, strict=True)
     assert np.all(rms(after) < 0.8 * rms(before)), rms(after) / rms(before)
     spread = np.sqrt(np.mean(np.divide(after, sigma) ** 2, axis=0))
@@ -53,7 +53,7 @@ def test_a_regular_board_tells_more_than_its_straight_lines() -> None:
 @pytest.mark.parametrize("astray", [0.01, 0.1])
 def test_lines_printed_astray_have_no_say(astray: float) -> None:
     """A hundredth of a square is half a pixel here, ten times the noise of a point."""
-    results = [both(board(seed=seed, astray=astray)) for seed in range(20)]
+    results = [both(board(seed=seed, astray=astray)) for seed in range(12)]
     before, sigma, after, _ = zip(*results, strict=True)
     assert np.all(rms(after) < 1.1 * rms(before)), rms(after) / rms(before)
     moved = np.abs(np.subtract(after, before)) / sigma
@@ -92,7 +92,7 @@ def test_without_numbered_lines_there_is_no_grid() -> None:
 @pytest.mark.parametrize(("grown", "most"), [(0.0, 0.75), (0.4, 0.9)])
 def test_the_bars_distances_tell_more_than_their_straight_lines(grown: float, most: float) -> None:
     """Most of lam; of the centre what two rows of ends have in common with them. Growth costs some of it."""
-    results = [both(bars(seed=seed, grown=grown)) for seed in range(24)]
+    results = [both(bars(seed=seed, grown=grown)) for seed in range(16)]
     before, _, after, sigma = zip(*results, strict=True)
     share = rms(after) / rms(before)
     assert np.all(share < (most, 0.95)), share
@@ -101,7 +101,7 @@ def test_the_bars_distances_tell_more_than_their_straight_lines(grown: float, mo
 
 
 def test_bars_of_all_widths_have_no_say() -> None:
-    results = [both(bars(seed=seed, astray=0.02)) for seed in range(24)]
+    results = [both(bars(seed=seed, astray=0.02)) for seed in range(16)]
     before, _, after, _ = zip(*results, strict=True)
     assert np.all(rms(after) < 1.1 * rms(before)), rms(after) / rms(before)
 
