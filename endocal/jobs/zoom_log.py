@@ -40,8 +40,8 @@ class ZoomRecord:
     """The zoom of one frame.
 
     ``time`` in s (None: not known); ``diameter`` of the visible circle in px; ``source`` is rim, tracked,
-    held or given; ``uncertainty`` is one relative standard deviation of the diameter. ``shift`` (x, y) px is
-    how far the model's centre lies from the table's, as the circle does.
+    held or given; ``uncertainty`` is one relative standard deviation of the diameter (NaN: not known).
+    ``shift`` (x, y) px is how far the model's centre lies from the table's, as the circle does.
     """
 
     frame: int
@@ -62,7 +62,9 @@ class ZoomRecord:
             "lambda": float(f"{self.model.lam:.7g}"),
             "center_x": round(self.model.center[0], 3),
             "center_y": round(self.model.center[1], 3),
-            "uncertainty": float(f"{self.uncertainty:.3g}"),
+            "uncertainty": (
+                None if math.isnan(self.uncertainty) else float(f"{self.uncertainty:.3g}")
+            ),
             # No negative zeros.
             **{name: round(v, 3) + 0.0 for name, v in zip(_SHIFT, self.shift, strict=True)},
         }
@@ -118,7 +120,7 @@ class RecordedRow(NamedTuple):
 
 
 class RecordedZoom:
-    """The diameter and the circle's shift over time from a log, called ``name``, and its ``rows`` in order.
+    """What a log, called ``name``, tells over time: diameter, its uncertainty, circle's shift; its ``rows``.
 
     They are interpolated between its rows and held at its ends. Rows count by their time or, where none has
     one, by their frame number. Raises InputError for a file that is missing or empty, whose rows lack a
@@ -135,6 +137,8 @@ class RecordedZoom:
         # A zoom is a ratio, so that it is interpolated in the logarithm.
         self._logs = np.log([row.diameter for row in self.rows])
         self._shifts = np.array([row.shift for row in self.rows])
+        stated = np.array([row.uncertainty for row in self.rows])
+        self._uncertainties = np.where(np.isfinite(stated) & (stated >= 0), stated, np.nan)
         self._check_instants()
 
     def _check_instants(self) -> None:
@@ -152,6 +156,10 @@ class RecordedZoom:
     def diameter(self, frame: int, time: float | None) -> float:
         """Return the diameter, px, for a frame by its number and time in s."""
         return float(np.exp(np.interp(self._place(frame, time), self._places, self._logs)))
+
+    def uncertainty(self, frame: int, time: float | None) -> float:
+        """Return the diameter's relative standard deviation likewise; NaN where the log does not tell it."""
+        return float(np.interp(self._place(frame, time), self._places, self._uncertainties))
 
     def shift(self, frame: int, time: float | None) -> tuple[float, float]:
         """Return the circle's shift (x, y), px, likewise; none where the log does not tell it."""

@@ -82,7 +82,8 @@ class FollowedZoom:
             if self._follows_shift:
                 shift = self._recorded.shift(self._frame, time_s)
             model = shifted(self._table.at_diameter(diameter, self._lookup), shift)
-            estimate = ZoomEstimate(model, None, diameter, "given", 0.0, shift)
+            doubt = self._recorded.uncertainty(self._frame, time_s)
+            estimate = ZoomEstimate(model, None, diameter, "given", doubt, shift)
         self.sources[estimate.source] += 1
         self._watch_range(estimate.diameter, time_s)
         least, most = self.diameters or (estimate.diameter, estimate.diameter)

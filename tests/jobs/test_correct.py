@@ -17,6 +17,7 @@ from endocal.errors import DeviceError, InputError, OutputError, UsageError
 from endocal.jobs import correct_video
 from endocal.jobs.correct import correct
 from endocal.jobs.correction import CorrectionReport, CorrectionSpec, Progress
+from endocal.jobs.zoom_history import zoom_history
 from endocal.model import DivisionModel
 from endocal.remap.engine import FrameRemapper
 from endocal.remap.geometry import output_geometry
@@ -239,6 +240,9 @@ def test_the_zoom_is_followed_logged_and_fed_back(tmp_path: Path) -> None:
         zoom_log=str(tmp_path / "again.csv"),
     )
     assert again.zoom == {"given": 12}
+    # And as much in doubt.
+    doubts = zoom_history(str(tmp_path / "again.csv")).uncertainty
+    assert doubts == pytest.approx([row["uncertainty"] for row in rows], rel=0.01)
     for a, b in zip(
         contents(tmp_path / "out.mkv").frames, contents(tmp_path / "again.mkv").frames, strict=True
     ):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,20 @@ def test_a_shift_is_read_back_and_none_where_there_is_none(tmp_path: Path) -> No
         assert RecordedZoom(path).shift(1, 0.06) == pytest.approx((3.0, -1.5))
     (tmp_path / "short.csv").write_text("frame,diameter,shift_x\n0,400,\n4,400,2\n")
     assert RecordedZoom(str(tmp_path / "short.csv")).shift(2, None) == pytest.approx((1.0, 0.0))
+
+
+@pytest.mark.parametrize("name", ["log.csv", "log.jsonl"])
+def test_an_uncertainty_is_read_back_and_unknown_where_none_is_told(
+    tmp_path: Path, name: str
+) -> None:
+    path = str(tmp_path / name)
+    with zoom_log(path, overwrite=False, inputs=()) as log:
+        for i, doubt in enumerate((0.02, 0.1, math.nan, -1.0, math.inf)):
+            log.add(ZoomRecord(i, i / 25, 400.0, "held", MODEL, doubt))
+    recorded = RecordedZoom(path)
+    told = [recorded.uncertainty(0, t) for t in (0.0, 0.02, 0.04)]
+    assert told == pytest.approx([0.02, 0.06, 0.1])
+    assert all(math.isnan(recorded.uncertainty(0, t)) for t in (0.08, 0.12, 0.16, 9.0))
 
 
 def test_rows_are_interpolated_as_ratios_and_held_at_the_ends(tmp_path: Path) -> None:
