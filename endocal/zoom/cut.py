@@ -44,10 +44,16 @@ class CutDetector:
         self._spec = spec
         self._reference: _Reference | None = None
         self._since = 0
+        self._is_likely = False
+
+    @property
+    def is_likely(self) -> bool:
+        """Say whether what is shown goes on, and is not what was shown before a break a few frames ago."""
+        return self._is_likely
 
     def forget(self) -> None:
         """Begin anew."""
-        self._reference = None
+        self._reference, self._is_likely = None, False
 
     def take(self, last: Luma, places: Places, current: Luma, found: NDArray[np.bool_]) -> bool:
         """Say whether the scene was cut a few frames ago, now that this is known.
@@ -56,7 +62,7 @@ class CutDetector:
         """
         spec = self._spec
         share = float(found.mean()) if len(found) else 0.0
-        reference = self._reference
+        reference, self._is_likely = self._reference, False
         if reference is None:
             if share <= spec.lost and len(places):
                 self._reference, self._since = _Reference(last, places), 0
@@ -67,6 +73,7 @@ class CutDetector:
             self._reference = None
             return False
         if self._since < spec.frames:
+            self._is_likely = goes_on
             return False
         self._reference = None
         # Of pictures that are not alike either, nothing is known.

@@ -12,9 +12,10 @@ from ..boundary.circle import Boundary
 from ..boundary.detect import BoundarySpec, Located, boundary_of, locate_boundary
 from ..errors import InputError
 from ..model import DivisionModel
-from .anchor import Anchor, AnchorSpec
+from .anchor import Anchor, AnchorSpec, Correction
 from .clock import Elapsed, FrameClock
 from .doubt import GrowingDoubt, doubt_after
+from .outside import SeenCircle
 from .parallax import ScaleStep
 from .repeats import Repeats, RepeatSpec
 from .rest import RestSpec, ZoomRest
@@ -97,6 +98,8 @@ class ZoomFollower:
         self._anchor = Anchor(spec.anchor)
         self._is_tracking = False
         self._doubt = GrowingDoubt(spec.memory)
+        # What was believed of slow zooms, a logarithm, since a key picture last told; their variance then.
+        self._believed, self._matched = 0.0, 0.0
         # The speed of a zoom, per s, that nothing tells any more; it may go on.
         self._abandoned = 0.0
         self._clock = FrameClock()
@@ -105,6 +108,8 @@ class ZoomFollower:
         self._passed = Elapsed(0.0, 0.0)
         self._latest: ZoomEstimate | None = None
         self._last: Boundary | None = None
+        # The last one that was believed.
+        self._seen: SeenCircle | None = None
         # What the part of the rim that was last seen leaves open of its width, relative; it is no noise.
         self._shape = 0.0
         self._shift = CircleShift(table.circle_at, table.pixel_aspect, spec.shift)
@@ -113,6 +118,8 @@ class ZoomFollower:
         if spec.assume_diameter is not None:
             self._filter.restart(spec.assume_diameter, spec.assumed_sigma)
         self._is_assumed = spec.assume_diameter is not None
+        # Whether the estimate is still the one that was assumed.
+        self._is_given = self._is_assumed
 
     def update(self, luma: Luma, time_s: float | None = None) -> ZoomEstimate:
         """Return the estimate for the next frame, ``luma`` (h, w) uint8 or uint16.
@@ -144,41 +151,43 @@ class ZoomFollower:
         if self._filter.known and not (self._is_assumed and located is not None):
             source = self._follow(luma, located, elapsed)
         elif located is not None:
-            self._begin(located)
+            self._begin(luma, located)
             source = "rim"
         else:
             raise InputError(_nothing_known(time_s))
         return self._estimate(self._last, source)
 
-    def _begin(self, located: Located) -> None:
+    def _begin(self, luma: Luma, located: Located) -> None:
         """Take the first rim that is seen as it is."""
         diameter = located.boundary.diameter
         smoothing = self._spec.smoothing
         sigma = max(located.diameter_sigma / diameter, smoothing.floor)
         self._filter.restart(diameter, sigma, smoothing.max_speed / 4)
-        self._take_rim(located)
-        self._is_assumed = self._is_tracking = False
+        self._take_rim(luma, located)
+        self._is_assumed = self._is_given = self._is_tracking = False
 
     def _follow(self, luma: Luma, located: Located | None, elapsed: Elapsed) -> str:
         """Advance by one frame and what it showed, and name where the estimate comes from."""
         self._shift.advance(elapsed.frames)
         tracked = self._advance(luma, elapsed, lost=located is None)
         if located is None:
-            return "given" if self._is_assumed and not tracked else tracked or "held"
+            self._is_given = self._is_given and not tracked
+            return tracked or ("given" if self._is_given else "held")
         diameter = located.boundary.diameter
         if self._filter.correct(diameter, located.diameter_sigma / diameter):
             self._is_tracking = False
-            self._take_rim(located)
+            self._take_rim(luma, located)
             return "rim"
         if self._filter.is_pause(elapsed):
             # What was before a pause says nothing against what is seen after it.
-            self._begin(located)
+            self._begin(luma, located)
             return "rim"
         return tracked or "held"
 
-    def _take_rim(self, located: Located) -> None:
+    def _take_rim(self, luma: Luma, located: Located) -> None:
         """Learn from a rim what else it tells than the diameter."""
         self._shape = located.shape_sigma / located.boundary.diameter
+        self._seen = SeenCircle(luma, located.boundary, self._table.pixel_aspect)
         if self._spec.follows_shift:
             self._shift.measure(located, self._filter.diameter)
 
@@ -203,7 +212,10 @@ class ZoomFollower:
                         self._tracker.picture, self._table, state.diameter, self._shift.value
                     )
                 self._is_tracking = True
-                self._abandoned = 0.0
+                self._abandoned = self._believed = self._matched = 0.0
+                if self._seen is not None and self._seen.is_outgrown(luma, state.diameter):
+                    # The rim is not where the speed so far takes it: this is no zoom that went on.
+                    state.widen(spec.cut)
             return ""
         step = None
         if self._sigma < spec.limit:
@@ -231,7 +243,9 @@ class ZoomFollower:
         zoom = self._rest.take(step, seconds)
         before = self._slow.logarithm
         self._slow.take(zoom.seeming, zoom.seeming_doubt, seconds)
-        logarithm = zoom.logarithm + self._slow.logarithm - before
+        believed = self._slow.logarithm - before
+        self._believed += believed
+        logarithm = zoom.logarithm + believed
         growth = self._doubt.grow(zoom.doubt, seconds)
         state.scale(logarithm, math.sqrt(growth), elapsed)
         self._anchor.doubt(growth)
@@ -252,7 +266,9 @@ class ZoomFollower:
             seconds,
             self._slow.sigma**2,
         )
-        self._filter.pull(more.logarithm, more.variance)
+        if more != Correction():
+            self._filter.pull(more.logarithm, more.variance)
+            self._believed, self._matched = 0.0, self._slow.sigma**2
 
     def _abandon(self, elapsed: Elapsed, seconds: float) -> None:
         """Stop, and remember for a while the speed that a zoom had till now."""
@@ -266,7 +282,12 @@ class ZoomFollower:
         """One standard deviation of the diameter, relative."""
         if not self._is_tracking:
             return self._filter.sigma
-        return math.hypot(self._filter.sigma, self._slow.sigma)
+        # What a key picture tells it tells of slow zooms as well.
+        # But not of what was believed of them since, nor what they are less in doubt than then.
+        since = self._believed**2 + max(self._matched - self._slow.sigma**2, 0.0)
+        owed = max(self._filter.owed - since, 0.0)
+        variance = self._filter.sigma**2 + self._slow.sigma**2 - owed
+        return max(math.sqrt(max(variance, 0.0)), self._spec.smoothing.floor)
 
     def _estimate(self, boundary: Boundary | None, source: str) -> ZoomEstimate:
         state, (least, most) = self._filter, self._spec.still
@@ -282,7 +303,8 @@ class ZoomFollower:
             self._current = (diameter, shift, model)
         # What is shown stands still while the estimate moves within the slack.
         behind = math.log(diameter / state.diameter)
-        sigma = math.hypot(self._sigma, state.pending, self._shape, behind)
+        cut = self._spec.cut if self._is_tracking and self._tracker.may_be_cut else 0.0
+        sigma = math.hypot(self._sigma, state.pending, self._shape, behind, cut)
         return ZoomEstimate(self._current[2], boundary, diameter, source, sigma, shift)
 
     def _look_up(self, diameter: float, boundary: Boundary | None) -> DivisionModel:

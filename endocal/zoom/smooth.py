@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 from .clock import Elapsed
+
+# So many that wait decide; what waited before them no longer counts.
+_MOST_WAITING = 3
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,15 @@ class SmoothingSpec:
 
 
 class _Waiting(NamedTuple):
-    """What waits: a logarithm, how far off the estimate it was, and how many frames after the last."""
+    """What waits: a logarithm, how far off the estimate it was, and how many frames after the last.
+
+    ``waited`` is how many frames have waited by then, those that no longer count included.
+    """
 
     value: float
     off: float
     frames: float
+    waited: float
 
 
 class DiameterFilter:
@@ -64,7 +72,9 @@ class DiameterFilter:
         self._speed = 0.0
         # Covariance of (logarithm, speed): p00, p01, p11.
         self._p = (0.0, 0.0, 0.0)
-        self._waiting: list[_Waiting] = []
+        # What was taken from the variance of the logarithm beyond what it was.
+        self._owed = 0.0
+        self._waiting: deque[_Waiting] = deque(maxlen=_MOST_WAITING)
         # Whether the last frame's measurement waits.
         self._waits = False
         # What went by since the last measurement, taken in or waiting.
@@ -90,11 +100,16 @@ class DiameterFilter:
         return math.sqrt(self._p[0])
 
     @property
+    def owed(self) -> float:
+        """What ``pull`` took beyond this variance: it is to be taken from what the caller counts besides."""
+        return self._owed
+
+    @property
     def pending(self) -> float:
         """How far off the estimate is, relative, if what waits is right: at most what a zoom can reach."""
         if not (self._waits and self._waiting):
             return 0.0
-        reached = self._spec.max_speed * sum(w.frames for w in self._waiting)
+        reached = self._spec.max_speed * self._waiting[-1].waited
         return min(abs(self._waiting[-1].off), reached)
 
     @property
@@ -114,6 +129,7 @@ class DiameterFilter:
         """
         self._log, self._speed = math.log(diameter), 0.0
         self._p = (sigma * sigma, 0.0, speed_sigma * speed_sigma)
+        self._owed = 0.0
         self._acceleration2 = self._spec.acceleration**2
         self._waiting.clear()
         self._jumped = 0.0
@@ -148,9 +164,14 @@ class DiameterFilter:
         self._p = (p00, 0.0, (sigma / elapsed.frames) ** 2 + self._spec.acceleration**2)
 
     def pull(self, logarithm: float, variance: float) -> None:
-        """Move the estimate by what became known of this frame, which takes a ``variance`` from its own."""
+        """Move the estimate by what became known of this frame, which takes a ``variance`` from its own.
+
+        What that lacks is ``owed``, so that a later pull gives back no more than was taken.
+        """
         self._log += logarithm
-        self._p = (max(self._p[0] - variance, 0.0), *self._p[1:])
+        left = self._p[0] - self._owed - variance
+        self._p = (max(left, 0.0), *self._p[1:])
+        self._owed = max(-left, 0.0)
 
     def recount(self, ratio: float) -> None:
         """Count from now on in frames that are ``ratio`` times as long as before."""
@@ -192,6 +213,7 @@ class DiameterFilter:
         if abs(innovation) > gate:
             return self._wait(value, innovation, sigma)
         self._waiting.clear()
+        self._owed = 0.0
         self._since = Elapsed(0.0, 0.0)
         # The scatter about a still estimate shows what the fit of a single circle cannot know of.
         self._scatter += 0.05 * (min(abs(innovation), 3 * sigma) * 0.8 - self._scatter)
@@ -215,9 +237,12 @@ class DiameterFilter:
         if self._waiting and abs(value - self._waiting[-1].value) > spec.fastest * frames:
             self._waiting.clear()
         self._waits = True
-        self._waiting.append(_Waiting(value, innovation, frames))
+        waited = frames + (self._waiting[-1].waited if self._waiting else 0.0)
+        self._waiting.append(_Waiting(value, innovation, frames, waited))
         needed = spec.patience[abs(innovation) > spec.large_jump]
-        if not (any(self._agree(n, sigma) for n in range(needed, 4)) or self._zoom_on()):
+        if not (
+            any(self._agree(n, sigma) for n in range(needed, _MOST_WAITING + 1)) or self._zoom_on()
+        ):
             return False
         apart = (value - self._waiting[-2].value) / frames
         self._accelerate(((apart - self._speed) / needed) ** 2)
@@ -226,6 +251,7 @@ class DiameterFilter:
         self._log, self._speed = value, 0.0
         variance = sigma * sigma
         self._waits = False
+        self._owed = 0.0
         self._jumped = innovation
         self._p = (variance, 0.0, (2 * apart) ** 2 + 2 * variance + self._acceleration2)
         self._waiting.clear()
@@ -233,7 +259,7 @@ class DiameterFilter:
 
     def _agree(self, needed: int, sigma: float) -> bool:
         """Say whether as many of the last that wait tell of the same jump, or of a zoom that sets in."""
-        spec, last = self._spec, self._waiting[-needed:]
+        spec, last = self._spec, list(self._waiting)[-needed:]
         if len(last) < needed or not _on_one_side(last):
             return False
         noise = max(spec.gate * math.sqrt(2) * sigma, spec.gates[needed > 2])
@@ -245,8 +271,8 @@ class DiameterFilter:
 
     def _zoom_on(self) -> bool:
         """Say whether the last three that wait are those of one quick zoom."""
-        last = self._waiting[-3:]
-        if len(last) < 3 or not _on_one_side(last):
+        last = list(self._waiting)
+        if len(last) < _MOST_WAITING or not _on_one_side(last):
             return False
         before, after = ((b.value - a.value) / b.frames for a, b in pairwise(last))
         return abs(after - before) <= self._spec.max_speed / 2

@@ -69,6 +69,11 @@ class ScaleTracker:
         """Say whether the last step showed that the scene was cut, a few frames ago."""
         return self._was_cut
 
+    @property
+    def may_be_cut(self) -> bool:
+        """Say whether the last frame is likely to show another scene than a few frames ago."""
+        return self._cut.is_likely
+
     def forget(self) -> None:
         """Begin anew with the next frame."""
         self._last = None

@@ -242,6 +242,13 @@ def test_an_assumed_diameter_holds_until_a_rim_is_seen() -> None:
     assert found[4].diameter == pytest.approx(400, rel=0.002)
 
 
+def test_an_assumed_diameter_that_a_step_has_moved_is_given_no_more() -> None:
+    moving = [frame(700 * math.exp(0.02 * i), i) for i in range(12)]
+    found = list(follow(ZoomFollower(TABLE, FollowSpec(assume_diameter=700)), [*moving, BLACK]))
+    assert [e.source for e in found] == ["given", *["tracked"] * 11, "held"]
+    assert found[-1].diameter == pytest.approx(700 * math.exp(0.22), rel=0.02)
+
+
 def test_frames_of_another_size_are_refused() -> None:
     with pytest.raises(InputError, match="480x360, not 240x180"):
         ZoomFollower(TABLE).update(np.zeros((180, 240), np.uint8))
@@ -282,6 +289,20 @@ def test_a_cut_of_the_scene_is_told_and_the_zoom_held_till_a_rim_is_seen(between
     assert all(e.relative_uncertainty >= 0.3 for e in told)
     assert found[-1].source == "rim"
     assert found[-1].diameter == pytest.approx(380, rel=0.002)
+
+
+def test_another_scene_is_in_doubt_before_the_cut_is_told() -> None:
+    before, after = beyond_the_rim(), beyond_the_rim(OTHER_SCENE)
+    found = with_rim_out(*before, *after)
+    doubts = [e.relative_uncertainty for e in found[len(before) :]]
+    assert all(doubt >= 0.3 for doubt in doubts[1:])
+
+
+def test_a_picture_that_fills_the_frame_after_a_small_circle_is_in_doubt() -> None:
+    images = [frame(300, i) for i in range(10)] + beyond_the_rim()
+    found = list(follow(ZoomFollower(TABLE), images))
+    assert {e.source for e in found[10:]} == {"held"}
+    assert all(e.relative_uncertainty >= 0.3 for e in found[10:])
 
 
 def lit(image: np.ndarray, gain: float, offset: float) -> np.ndarray:

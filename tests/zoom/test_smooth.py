@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -257,3 +259,39 @@ def test_frames_gone_by_at_once_leave_as_much_doubt_as_one_by_one(frames: int) -
     for _ in range(frames):
         in_turn.predict(Elapsed(1.0, 1 / 25))
     assert at_once.sigma == pytest.approx(in_turn.sigma, rel=1e-9)
+
+
+def test_a_pull_takes_from_the_variance_and_owes_what_it_lacks() -> None:
+    state = DiameterFilter()
+    state.restart(400.0, 0.02)
+    state.pull(0.01, 0.01**2)
+    assert state.diameter == pytest.approx(400 * math.exp(0.01))
+    assert state.sigma == pytest.approx(math.sqrt(0.02**2 - 0.01**2))
+    assert state.owed == 0.0
+    state.pull(0.0, 0.03**2)
+    assert (state.sigma, state.owed) == (0.0, pytest.approx(6e-4))
+    # Nothing is given back that was not there.
+    state.pull(0.0, -(0.03**2))
+    assert state.sigma == pytest.approx(math.sqrt(0.02**2 - 0.01**2))
+    assert state.owed == 0.0
+
+
+def test_a_measurement_ends_what_is_owed() -> None:
+    state = DiameterFilter()
+    state.restart(400.0, 0.02)
+    state.pull(0.0, 0.03**2)
+    assert state.owed > 0
+    assert state.correct(400.1, 1e-3)
+    assert state.owed == 0.0
+
+
+def test_the_longer_one_waits_the_farther_a_zoom_may_have_come() -> None:
+    state, pending = DiameterFilter(), []
+    state.restart(500.0, 3e-4)
+    for i in range(12):
+        state.predict()
+        # Two that contradict each other by turns.
+        assert not state.correct(500 * (1.5 if i % 2 else 1.4), 3e-4)
+        pending.append(state.pending)
+    assert pending[:3] == pytest.approx([0.06, 0.12, 0.18])
+    assert pending[-1] == pytest.approx(math.log(1.5))
