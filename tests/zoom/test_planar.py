@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from endocal.zoom.likeness import Likeness
-from endocal.zoom.planar import PlanarFit, PlanarMotion, fit_planar
+from endocal.zoom.planar import PlanarFit, PlanarMotion, PlanarSpec, fit_planar
 from tests.zoom.scenery import SIZE, STRENGTH, moved, seen, turned, view
 
 # How well the homography and the zoom are known before.
@@ -165,3 +165,29 @@ def test_steps_add_up_to_the_motion_of_all() -> None:
         motion = motion.then(generator, 0.01)
     assert motion.homography == pytest.approx(turned((20.0, 8.0, 12.0)), abs=1e-9)
     assert motion.logarithm == pytest.approx(0.4)
+
+
+def test_without_distortion_what_is_expected_of_zoom_and_hand_shares_a_dilation() -> None:
+    fit = fitted(np.eye(3), 0.1, 1, strength=-1e-6, hand=PlanarSpec().zoom)
+    # As much of either: the half of what the zoom is off by passes for approach.
+    assert fit.motion.logarithm == pytest.approx(0.1 - ZOOM_OFF / 2, abs=0.1 * abs(ZOOM_OFF))
+    assert fit.motion.approach == pytest.approx(ZOOM_OFF / 2, abs=0.1 * abs(ZOOM_OFF))
+
+
+def test_a_centre_that_drifts_with_the_zoom_is_taken_along() -> None:
+    places = np.random.default_rng(1).uniform((5, 5), (475, 355), (150, 2))
+    drift = np.array([40.0, -20.0])
+    # The view is the one before the zoom: all of it is to be found, and the centre's way with it.
+    after = seen(view().undistorted(places), np.eye(3), 0.1) + 0.1 * drift
+    fit = fit_planar(
+        view().undistorted(places),
+        after.astype(np.float32),
+        view(),
+        (40.0, -20.0),
+        PlanarMotion(),
+        0.01,
+        0.05,
+        Likeness(6.0),
+    )
+    assert fit.motion.logarithm == pytest.approx(0.1, abs=1e-3)
+    assert fit.motion.aside < 1e-3

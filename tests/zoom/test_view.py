@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from endocal.model import DivisionModel
-from endocal.zoom.view import View, guessed_focal, undistorted
+from endocal.zoom.table import Setting, ZoomTable
+from endocal.zoom.view import View, center_drift, guessed_focal, undistorted
 
 DIAMETER = 900.0
 # Pixels wider than high, reduced three times, and a lens of two parameters.
@@ -43,3 +44,17 @@ def test_the_derivative_is_that_of_the_undistorted_places() -> None:
 def test_a_focal_length_is_guessed_from_the_distortion_and_is_never_endless() -> None:
     assert -1.2 * guessed_focal(-1.0, -0.8, 0.36) ** 2 == pytest.approx(-0.36)
     assert guessed_focal(0.0, 0.0, 0.36) == guessed_focal(-0.05, 0.0, 0.36) < 2.0
+
+
+def test_the_drift_of_the_centre_counts_in_px_of_the_height() -> None:
+    # By 20 px of the frame to the right and 10 down, over a zoom by e.
+    places = [(300.0 + 20 * i / 8, 230.0 + 10 * i / 8) for i in range(9)]
+    diameters = 400 * np.exp(np.linspace(0, 1, 9))
+    table = ZoomTable(
+        tuple(Setting(-1.3 / d**2, c, float(d)) for d, c in zip(diameters, places, strict=True)),
+        (640, 480),
+        16 / 15,
+    )
+    # Between two settings the centre goes evenly with the diameter, not with its logarithm.
+    for diameter in diameters[1:-1]:
+        assert center_drift(table, diameter) == pytest.approx((20 * 16 / 15, 10), rel=0.1)
