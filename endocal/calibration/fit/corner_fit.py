@@ -22,6 +22,9 @@ FEWEST_CORNERS = 3
 FEWEST_ROWS = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
+# A fit to corners explains more than chance does from this on: so many times the corners' own variance, for
+# each parameter. Chance does so once in a hundred times.
+SIGNIFICANT = 4.0
 # The solver is run again where it made the residual less than this share of what it was, at most so often.
 SETTLED = 0.99
 MOST_ROUNDS = 6
@@ -138,6 +141,22 @@ def fit_corners(
         if rms > SETTLED * before:
             break
     return _as_fit(rows, params, prior), rows.line
+
+
+def tell_apart(boards: Sequence[Corners], corners: tuple[Fit, Labels], before: Floats) -> bool:
+    """Whether corners tell the fit to them from parameters ``before``: one leaves more, beyond noise.
+
+    Corners that are few or poor are made straighter by chance. Noise changes from one corner of a row to the
+    next, and what the lens bends beside the model does not. The fit leaves more than ``before`` does where
+    that sends corners farther out than it may.
+    """
+    fit, lines = corners
+    off = fit.residuals
+    same_row = lines[2:] == lines[:-2]
+    # One corner less its neighbours' mean: 1 + 1/4 + 1/4 times the noise's variance.
+    jumps = (off[1:-1] - (off[:-2] + off[2:]) / 2)[same_row] / np.sqrt(1.5)
+    gain = abs(float(np.sum(_Rows.of(boards).off(before) ** 2) - np.sum(off**2)))
+    return gain > SIGNIFICANT * len(fit.free) * root_mean_square(jumps) ** 2
 
 
 def fit_corners_from_one(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ..board.crossings import corners_of
 from ..board.union import united
 from ..straightness import Floats, Labels, root_mean_square
-from .corner_fit import fit_corners, fit_corners_from_one
+from .corner_fit import fit_corners, fit_corners_from_one, tell_apart
 from .measured import Refined, magnified, told_by_corners
 from .plumb_line import Fit, Prior
 
@@ -41,6 +41,8 @@ def straightened(
         other = fit_corners_from_one(boards, single, prior, content)
         if other is not None and _rms(corners) > MUCH_STRAIGHTER * _rms(other):
             corners = other
+    if not tell_apart(boards, corners, params):
+        return refined
     return told_by_corners(refined, corners, reach, prior, content)
 
 

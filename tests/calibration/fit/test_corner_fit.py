@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from endocal.benchmarks.corner_score import straightness
 from endocal.calibration.board.lifted import Corners
-from endocal.calibration.fit.corner_fit import fit_corners, fit_corners_from_one
+from endocal.calibration.fit.corner_fit import fit_corners, fit_corners_from_one, tell_apart
 from endocal.calibration.fit.plumb_line import Prior
 from endocal.calibration.fit.uncertainty import covariance
 from endocal.calibration.straightness import LEAST_DENOMINATOR, root_mean_square
@@ -57,6 +57,34 @@ def test_a_lens_of_the_model_is_found() -> None:
     assert found is not None
     np.testing.assert_allclose(found[0].params, truth, rtol=1e-5)
     assert found[0].residuals.shape == found[1].shape == (2 * 63,)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noisy_corners_tell_nothing_of_a_lens_that_lines_told(seed: int) -> None:
+    """They are straighter under their own fit, as any numbers are, and its centre is pixels off."""
+    truth = np.array([-8e-6, *CENTER])
+    corners = seen(model_of(truth))
+    noisy = [board(corners + np.random.default_rng(seed).normal(0, 0.5, corners.shape))]
+    found = fit_corners(noisy, truth, PRIOR, 0.0)
+    assert found is not None
+    assert not tell_apart(noisy, found, truth)
+
+
+def test_corners_tell_another_lens_from_the_nearest_that_lines_told() -> None:
+    corners = seen(FISHEYE)
+    noisy = [board(corners + np.random.default_rng(0).normal(0, 0.05, corners.shape))]
+    found = fit_corners(noisy, START, PRIOR, 0.0)
+    assert found is not None
+    assert tell_apart(noisy, found, found[0].params * [1.02, 1.0, 1.0])
+
+
+def test_where_corners_may_not_go_their_own_fit_decides() -> None:
+    """Under the parameters before, one corner is at the pole, and all else is small beside it."""
+    corners = [board(at_the_rim())]
+    found = fit_corners(corners, START, PRIOR, 0.0)
+    assert found is not None
+    reach = float(np.linalg.norm(corners[0].points - found[0].params[1:3], axis=1).max())
+    assert tell_apart(corners, found, np.array([-0.9999 / reach**2, *found[0].params[1:3]]))
 
 
 @pytest.mark.parametrize("second", [False, True], ids=["division", "division2"])
