@@ -15,8 +15,9 @@ from ..board.pattern import clear_of_crossings, join_pieces, measured_once, on_b
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
 from ..measure.growth import growth_columns
-from ..measure.matched import measure_matched
-from ..measure.profiles import Measured, measure, smoothed
+from ..measure.light import fitted_drawn, out_of_the_light, steepest_drawn
+from ..measure.matched import blurs, measure_matched
+from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
@@ -275,7 +276,12 @@ def _measured_again(
         return lines
     if not board:
         return measure_matched(view.grey, smooth, lines, params)
-    return measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
+    again = measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
+    if len(again.points) == 0:
+        return again
+    blur = blurs(smooth, again, params)
+    drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
+    return out_of_the_light(again, drawn, params)
 
 
 def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:

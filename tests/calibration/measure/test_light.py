@@ -1,0 +1,91 @@
+"""Light that falls off, and what it draws from the edges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from endocal.calibration.image.picture import Grey
+from endocal.calibration.measure.light import (
+    change_of_light,
+    fitted_drawn,
+    out_of_the_light,
+    steepest_drawn,
+)
+from endocal.calibration.measure.profiles import SMOOTHING, Measured, measure, smoothed
+
+SIZE = 260
+FLAT = np.array([-1e-9, 129.5, 129.5])
+# Edges lie at these x, px, and run askew; after each BAND px the other side is bright, as on a chessboard.
+AT, SLANT, BAND, BESIDE = (50.0, 90.0, 130.0, 170.0, 210.0), 0.03, 52, 10
+
+
+def light(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """It falls to a half from the left, where it is most, to the right."""
+    return 1 - 0.5 * ((x + 10) ** 2 + (y - 120) ** 2) / 270**2
+
+
+def picture(blur: float) -> Grey:
+    y, x = np.mgrid[:SIZE, :SIZE].astype(float)
+    stripes = sum(
+        (-1) ** i * ndtr((x - at - SLANT * y) / blur / np.hypot(1, SLANT))
+        for i, at in enumerate(AT)
+    )
+    board = np.where(y // BAND % 2 == 0, stripes, 1 - stripes)
+    return np.asarray(light(x, y) * (30 + 200 * board), np.float32)
+
+
+def seen(blur: float, steps: bool = False) -> Measured:
+    """The edges of the picture, measured where they are."""
+    y = np.arange(12.0, SIZE - 12)
+    points = np.concatenate([np.stack([at + SLANT * y, y], axis=1) for at in AT])
+    labels = np.repeat(np.arange(len(AT)), len(y))
+    m = measure(smoothed(picture(blur)), points, labels, FLAT, True, steps)
+    return m.take(np.abs(m.points[:, 1] % BAND - BAND / 2) < BAND / 2 - BESIDE)
+
+
+def off(m: Measured) -> np.ndarray:
+    """How far to the right of its edge each point is, px."""
+    return (m.points[:, 0] - np.array(AT)[m.labels] - SLANT * m.points[:, 1]) / np.hypot(1, SLANT)
+
+
+def drawn(blur: float, steps: bool) -> np.ndarray:
+    blurs = np.full(len(AT), blur)
+    return fitted_drawn(blurs) if steps else steepest_drawn(blurs, SMOOTHING)
+
+
+@pytest.mark.parametrize("blur", [0.8, 1.4, 2.0])
+@pytest.mark.parametrize("steps", [False, True], ids=["steepest", "fitted"])
+def test_what_light_draws_is_taken_off(blur: float, steps: bool) -> None:
+    lines = seen(blur, steps)
+    mended = out_of_the_light(lines, drawn(blur, steps), FLAT)
+    # Where the profiles lie between the pixels moves points by some thousandths of a px to and fro.
+    before, after = (np.bincount(m.labels, off(m)) for m in (lines, mended))
+    # To the left, where the light is, whichever side of the edge is bright.
+    assert np.all(before < 0)
+    assert np.all(np.abs(after) < 0.25 * np.abs(before).max())
+
+
+def test_the_change_of_light_is_told_by_the_bright_sides() -> None:
+    lines = seen(1.0)
+    x, y = lines.points.T
+    slopes = np.stack([-(x + 10), -(y - 120)], axis=1) / 270**2
+    np.testing.assert_allclose(change_of_light(lines), slopes / light(x, y)[:, None], atol=3e-4)
+
+
+def test_highlights_tell_nothing_of_it() -> None:
+    lines = seen(1.0)
+    near = np.linalg.norm(lines.points - [180, 60], axis=1) < 25
+    lit = replace(lines, levels=lines.levels + np.where(near, 60.0, 0.0)[:, None])
+    change = np.abs(change_of_light(lit) - change_of_light(lines))
+    assert change.max() < 0.2 * np.abs(change_of_light(lines)).max()
+
+
+def test_even_light_moves_nothing() -> None:
+    lines = seen(1.0)
+    even = replace(lines, levels=np.tile([30.0, 230.0], (len(lines.points), 1)))
+    mended = out_of_the_light(even, drawn(1.0, False), FLAT)
+    np.testing.assert_allclose(mended.points, lines.points, atol=1e-9)
