@@ -19,6 +19,7 @@ from ..measure.light import fitted_drawn, out_of_the_light, steepest_drawn
 from ..measure.matched import blurs, measure_matched
 from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
+from .end_rows import end_rows, new_lines
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
 from .plumb_line import Fit, Prior, fit_model, folds, robust_sigma
@@ -118,6 +119,11 @@ def fit_measured(
         params, sigma = fit.params, fit.sigma
         if number == 0:
             noisy = _noise(everything, fit) > NOISY
+            if not any(board is not None for board in boards):
+                parts = [
+                    _with_end_rows(view, s, part, params)
+                    for view, s, part in zip(views, smooth, parts, strict=True)
+                ]
         elif all(a is b for a, b in zip(measured, whole, strict=True)):
             break
         if number < MOST_ROUNDS - 1:
@@ -266,6 +272,18 @@ def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> M
     if len(points) == 0:
         return Measured.none()
     return measure(smooth, points, labels, params).renumbered()
+
+
+def _with_end_rows(view: View, smooth: Grey, lines: Measured, params: Floats) -> Measured:
+    """Add to the lines of a view the rows of bars' ends that were not among them."""
+    rows = _measured(smooth, *end_rows(view.edges, lines, params), params)
+    if len(rows.points) == 0:
+        return lines
+    rows = rows.take(np.isin(rows.labels, new_lines(rows, lines)))
+    if len(rows.points) == 0:
+        return lines
+    count = int(lines.labels.max()) + 1
+    return Measured.joined([lines, rows], np.concatenate([lines.labels, rows.labels + count]))
 
 
 def _measured_again(

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from ..image.picture import Grey
 from ..image.sampling import sample
 from ..straightness import Floats, Labels
+from .beside import put_back
 from .courses import normals_of
 from .edge_ends import on_their_edges
 from .profiles import SMOOTHING, Measured, measure, smoothed
@@ -29,7 +30,7 @@ SCALES = np.array([0.9, 1.2, 1.6, 2.0, 2.5])
 LENGTHS = 10.0
 # The next edge beside a line is so many times as far away as the edge is wide once smoothed, or farther: then
 # it moves the steepest place by a thousandth of that width.
-ROOM = 4.0
+ROOM = 3.2
 # Rooms are told at every so many-th point, among so many neighbours; a neighbour lies across the line where
 # the way there is so much that of the normal (a cosine). A line's room is this quantile of its points'.
 SPARSE, NEIGHBORS, ACROSS, TIGHTEST = 4, 24, 0.8, 0.1
@@ -46,8 +47,8 @@ def measure_matched(grey: Grey, smooth: Grey, lines: Measured, params: Floats) -
 
     ``smooth``: ``grey`` as ``profiles.smoothed`` gives it; ``params``: see ``profiles.measure``.
     """
-    blur = blurs(smooth, lines, params)
-    free = np.sqrt(np.maximum((rooms(lines, params) / ROOM) ** 2 - blur**2, SCALES[0] ** 2))
+    blur, room = blurs(smooth, lines, params), rooms(lines, params)
+    free = np.sqrt(np.maximum((room / ROOM) ** 2 - blur**2, SCALES[0] ** 2))
     short = np.maximum(usual_lengths(lines) / LENGTHS, 0.7 * blur)
     wanted = np.minimum(np.minimum(OVER_BLUR * blur, short), free)
     scale = SCALES[np.abs(np.log(SCALES / wanted[:, None])).argmin(axis=1)]
@@ -56,15 +57,16 @@ def measure_matched(grey: Grey, smooth: Grey, lines: Measured, params: Floats) -
         own = (scale == size)[lines.labels]
         numbers, labels = np.unique(lines.labels[own], return_inverse=True)
         part = measure(smoothed(grey, size), lines.points[own], labels, params, follow=True)
-        parts.append((_informed(part, size, blur[numbers[part.labels]]), numbers[part.labels]))
+        parts.append((part, numbers[part.labels]))
     widths = np.sqrt(scale**2 + blur**2 + DIFFERENCES + BETWEEN)
     whole, numbers = _in_line_order(parts)
-    return on_their_edges(whole, widths[numbers], params)
-
-
-def _informed(part: Measured, size: float, blur: Floats) -> Measured:
-    """Reckon with the smoothing in what points tell: for it a slope is less steep, and noise is less."""
-    return replace(part, information=part.information * size**5 / (size**2 + blur**2) ** 2)
+    size, blur = scale[numbers], blur[numbers]
+    # For the smoothing a slope is less steep, and noise is less.
+    told = whole.information * (size**5 / (size**2 + blur**2) ** 2)[whole.labels]
+    steepness = np.sqrt(whole.information)
+    whole = replace(whole, information=told)
+    whole, left = put_back(whole, widths[numbers], params, steepness, room[numbers])
+    return on_their_edges(whole, widths[numbers][left], params)
 
 
 def blurs(smooth: Grey, lines: Measured, params: Floats) -> Floats:

@@ -119,6 +119,8 @@ def measure(
     fitted there: noise moves that less, but it looks at more of what lies around.
     """
     along = courses(points, labels, params, follow)
+    if len(along.at) == 0:
+        return Measured.none()
     reach = WIDEST if steps else REACH + 1
     offsets = np.arange(-reach, reach + 1, dtype=np.float64)
     seen = sample(smooth, along.at[:, None] + offsets[:, None] * along.normals[:, None])
