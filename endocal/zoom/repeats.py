@@ -23,7 +23,7 @@ class RepeatSpec:
 
     A repeated frame that was coded anew differs, on average over its pixels, by less than ``differs`` of
     the picture's standard deviation: by up to 0.2 %, and one with noise and motion of its own by
-    2 % and more. At most so ``many`` frames that follow repeat one; what stays the same for longer shows a
+    1.7 % and more. At most so ``many`` frames that follow repeat one; what stays the same for longer shows a
     scene at rest.
     """
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..measure.profiles import Measured
-from ..straightness import Floats, Labels, Undistorted, fit_lines
+from ..straightness import Floats, Labels, Undistorted, fit_lines, two_sided
 from .pencils import pencils_through
 
 # Lines are of one pencil where the vanishing point lies within this angle's sine of their directions.
@@ -101,8 +101,9 @@ def _bright_ahead(measured: Measured, u: Floats, edges: Labels, across: _Across)
     starts = np.searchsorted(measured.labels, np.append(edges, edges + 1)).reshape(2, -1)
     run = u[starts[1] - 1] - u[starts[0]]
     left = np.sign(np.stack([-run[:, 1], run[:, 0]], axis=1) @ across.way)
-    side = np.array([measured.sides[a:b].mean() for a, b in starts.T])
-    return left * np.where(np.abs(side) > 0.8, np.sign(side), 0.0)
+    side = np.sign([measured.sides[a:b].mean() for a, b in starts.T])
+    by_turns = two_sided(measured.sides, measured.labels)[starts[0]] != 0
+    return np.where(by_turns, 0.0, left * side)
 
 
 def _numbered(places: Floats, bright: Floats) -> tuple[Labels, NDArray[np.bool_]]:
@@ -110,9 +111,10 @@ def _numbered(places: Floats, bright: Floats) -> tuple[Labels, NDArray[np.bool_]
     best = np.zeros(len(places), np.intp), np.zeros(len(places), bool)
     for first in range(len(places) - 2):
         if np.all(np.abs(np.diff(bright[first : first + 3])) == 2):
-            found = _in_place(places, *_counted_from(first, places, bright))
-            if np.count_nonzero(found[1]) > np.count_nonzero(best[1]):
-                best = found
+            numbers, known = _counted_from(first, places, bright)
+            kept = _in_place(places, numbers, known)
+            if np.count_nonzero(kept) > np.count_nonzero(best[1]):
+                best = numbers, kept
     return best
 
 
@@ -149,10 +151,8 @@ def _number_at(scale: Floats, place: float) -> float:
     return float((place - a) / (b - c * place)) if b != c * place else np.inf
 
 
-def _in_place(
-    places: Floats, numbers: Labels, known: NDArray[np.bool_]
-) -> tuple[Labels, NDArray[np.bool_]]:
-    """Keep the numbers of edges that are where one scale for all has them."""
+def _in_place(places: Floats, numbers: Labels, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the edges ``known`` (n,) by number are where one scale for all has them."""
     kept = known
     for _ in range(3):
         if np.count_nonzero(kept) < FEWEST_EDGES:
@@ -160,7 +160,7 @@ def _in_place(
         scale = _scale(numbers[kept], places[kept])
         k = np.array([_number_at(scale, place) for place in places])
         kept = known & (np.abs(k - numbers) < MOST_ASIDE)
-    return numbers, kept
+    return kept
 
 
 def _rows_of_ends(

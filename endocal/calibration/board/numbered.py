@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,9 @@ def numbered_lines(measured: Measured, view: Labels, params: Floats) -> Numbered
         part = measured.take(own)
         found = _chessboard(part, len(parts)) or _bars(part, params, len(parts))
         if found is not None:
-            parts.append(_relabelled(found, np.unique(measured.labels[own])))
+            # With the labels that lines have in all views.
+            labels = np.unique(measured.labels[own])
+            parts.append(replace(found, line=labels[found.line]))
     if not parts:
         none = np.empty(0, np.intp)
         return Numbered(none, none, none, np.empty(0), np.empty(0, bool))
@@ -72,8 +74,3 @@ def _bars(measured: Measured, params: Floats, board: int) -> Numbered | None:
     number = np.zeros(len(line))
     number[: len(bars.edges)] = bars.numbers
     return Numbered(line, np.full(len(line), board), across.astype(np.intp), number, ~across)
-
-
-def _relabelled(found: Numbered, labels: Labels) -> Numbered:
-    """The same with the labels that lines have in all views."""
-    return Numbered(labels[found.line], found.board, found.family, found.number, found.placed)

@@ -10,7 +10,7 @@ from endocal.calibration.board.numbered import numbered_lines
 from endocal.calibration.measure.profiles import Measured
 
 from ..scenes import grid
-from ..sheets import COLUMNS, LENS, ROWS, bars, board, left_of, sheet
+from ..sheets import COLUMNS, LENS, ROWS, bars, board, sheet
 
 EDGES = COLUMNS + 1
 
@@ -78,4 +78,3 @@ def test_a_chessboard_or_nothing_is_no_bars() -> None:
     assert bars_of(grid(4), LENS) is None
     m = board()
     assert numbered_lines(m, np.zeros(len(m.points), np.intp), LENS).placed.all()
-    assert np.abs(left_of(m.points[:50])).max() <= 1
