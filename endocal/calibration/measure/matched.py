@@ -29,7 +29,7 @@ SCALES = np.array([0.9, 1.2, 1.6, 2.0, 2.5])
 # otherwise too little. But with less smoothing than blur, noise moves points farther than corners do.
 LENGTHS = 10.0
 # The next edge beside a line is so many times as far away as the edge is wide once smoothed, or farther: then
-# it moves the steepest place by a thousandth of that width.
+# it moves the steepest place by two hundredths of that width, which ``beside`` takes off.
 ROOM = 3.2
 # Rooms are told at every so many-th point, among so many neighbours; a neighbour lies across the line where
 # the way there is so much that of the normal (a cosine). A line's room is this quantile of its points'.
