@@ -63,9 +63,12 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
         boundaries.append(boundary)
         content, beyond = content_masks(grey, boundary, spec.pixel_aspect, spec.roi)
         everywhere |= content
-        for field in fields(grey):
+        parts = fields(grey)
+        for first_row, field in enumerate(parts):
             (edges, outer), step = _edges(Picture(field, content, beyond), spec.pixel_aspect)
-            views.append(View(_square(field, spec.pixel_aspect), edges, number, step, outer))
+            shown = _square(field, spec.pixel_aspect)
+            own = first_row if len(parts) > 1 else None
+            views.append(View(shown, edges, number, step, outer, own))
     if sum(len(view.edges) for view in views) < FEWEST_EDGES:
         where = "" if spec.roi is None else f" in --roi {','.join(map(str, spec.roi))}"
         raise CalibrationError(

@@ -17,6 +17,7 @@ from ..image.picture import Grey
 from ..measure.growth import growth_columns
 from ..measure.light import fitted_drawn, out_of_the_light, steepest_drawn
 from ..measure.matched import blurs, measure_matched
+from ..measure.own_rows import on_own_rows
 from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
 from ..straightness import Floats, Labels, residuals
 from .end_rows import end_rows, new_lines
@@ -54,7 +55,8 @@ class View:
     """What is seen in one field: grey levels (h, w), edge points, and the number of its picture.
 
     Edges were sought on the picture reduced ``step`` times: there is one point for so many px along them.
-    ``outer``: edge points in the dark surround or close to it, of which most are the rim's.
+    ``outer``: edge points in the dark surround or close to it, of which most are the rim's. ``first_row``: of
+    the rows that a field has, every second one; None where the picture has them all.
     """
 
     grey: Grey
@@ -62,6 +64,7 @@ class View:
     picture: int = 0
     step: int = 1
     outer: EdgePoints = field(default_factory=EdgePoints.none)
+    first_row: int | None = None
 
     @property
     def edge_length(self) -> int:
@@ -298,13 +301,20 @@ def _measured_again(
     if len(lines.points) == 0:
         return lines
     if not board:
-        return measure_matched(view.grey, smooth, lines, params)
+        again = measure_matched(view.grey, smooth, lines, params)
+        return _on_own_rows(view, again, params)
     again = measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
     if len(again.points) == 0:
         return again
     blur = blurs(smooth, again, params)
     drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
-    return out_of_the_light(again, drawn, params)
+    return _on_own_rows(view, out_of_the_light(again, drawn, params), params)
+
+
+def _on_own_rows(view: View, lines: Measured, params: Floats) -> Measured:
+    if view.first_row is None:
+        return lines
+    return on_own_rows(view.grey, view.first_row, lines, params)
 
 
 def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:

@@ -127,7 +127,7 @@ def measure(
     levels = _average_along(seen, along.owner)
     edges = fit_steps(levels, along.owner) if steps else _steepest(levels)
     strength = np.abs(edges.heights)
-    usual = _usual(strength, along.owner, int(labels.max()) + 1)
+    usual = usual_of(strength, along.owner, int(labels.max()) + 1)
     good = edges.near & (strength > LEAST_STRENGTH * usual[along.owner])
     good &= _inside(along, edges.reach, smooth)
     rows, looked = np.flatnonzero(good), edges.reach[good]
@@ -161,7 +161,7 @@ def _inside(along: Courses, looked: Labels, smooth: Grey) -> NDArray[np.bool_]:
     )
 
 
-def _usual(values: Floats, owner: Labels, count: int) -> Floats:
+def usual_of(values: Floats, owner: Labels, count: int) -> Floats:
     """The upper quartile of each owner's values, 0 for one that has none: a row of bars has many gaps."""
     return np.array(
         [np.quantile(values[owner == i], USUAL) if np.any(owner == i) else 0 for i in range(count)]
