@@ -70,7 +70,7 @@ def parse(line: Sequence[str]) -> argparse.Namespace:
     """Return the options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument(
-        "--boards", type=int, default=200, help="of each range of seeds; 0 for none"
+        "--boards", type=int, default=400, help="of each range of seeds; 0 for none"
     )
     parser.add_argument(
         "--fisheyes", type=int, default=60, help="boards through fisheyes; 0 for none"

@@ -224,7 +224,8 @@ def _solved(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, _Grids]
         return rho
 
     start = np.concatenate([near.y, np.zeros(grids.freedom)])
-    x = least_squares(misfit, start, method="trf", loss=loss, x_scale="jac", xtol=1e-7).x
+    # Scaled by the jacobian, of which growth to be found makes little of all else, it stops half-way.
+    x = least_squares(misfit, start, method="trf", loss=loss, xtol=1e-7).x
     return x[:count], grids.moved(x[count:])
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..board.bars import bars_of
 from ..board.pattern import clear_of_crossings, join_pieces, measured_once, on_board
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
 from ..measure.growth import growth_columns
-from ..measure.light import fitted_drawn, out_of_the_light, steepest_drawn
+from ..measure.light import Light, fitted_drawn, out_of_the_light, steepest_drawn
 from ..measure.matched import blurs, measure_matched
 from ..measure.own_rows import on_own_rows
 from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
@@ -301,14 +302,17 @@ def _measured_again(
     if len(lines.points) == 0:
         return lines
     if not board:
-        again = measure_matched(view.grey, smooth, lines, params)
+        bars = bars_of(lines, params)
+        light = None if bars is None else Light.of(lines.take(np.isin(lines.labels, bars.edges)))
+        again = measure_matched(view.grey, smooth, lines, params, light)
         return _on_own_rows(view, again, params)
     again = measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
     if len(again.points) == 0:
         return again
     blur = blurs(smooth, again, params)
     drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
-    return _on_own_rows(view, out_of_the_light(again, drawn, params), params)
+    again = out_of_the_light(again, drawn, params, Light.of(again))
+    return _on_own_rows(view, again, params)
 
 
 def _on_own_rows(view: View, lines: Measured, params: Floats) -> Measured:

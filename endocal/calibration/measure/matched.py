@@ -19,7 +19,8 @@ from ..straightness import Floats, Labels
 from .beside import put_back
 from .courses import normals_of
 from .edge_ends import on_their_edges
-from .profiles import SMOOTHING, Measured, measure, smoothed
+from .light import Light, out_of_the_light, steepest_drawn
+from .profiles import BETWEEN, DIFFERENCES, SMOOTHING, Measured, measure, smoothed
 
 # Smoothing over blur: noise then moves points 4 % farther than at the least, with a quarter less smoothing.
 OVER_BLUR = 1.7
@@ -36,16 +37,17 @@ ROOM = 3.2
 SPARSE, NEIGHBORS, ACROSS, TIGHTEST = 4, 24, 0.8, 0.1
 # Lines that turn from each other by more than this cosine meet at a corner, and do not run beside each other.
 ALONG = 0.9
-# What taking differences over two px, and sampling between pixels, add to the variance of a blur, px^2.
-DIFFERENCES, BETWEEN = 1 / 3, 1 / 6
 # A blur, px, is no narrower than what a pixel's own area makes of a sharp edge.
 SHARPEST = np.sqrt(1 / 12)
 
 
-def measure_matched(grey: Grey, smooth: Grey, lines: Measured, params: Floats) -> Measured:
+def measure_matched(
+    grey: Grey, smooth: Grey, lines: Measured, params: Floats, light: Light | None = None
+) -> Measured:
     """Measure ``lines`` again where they were measured, each on ``grey`` smoothed to suit it.
 
-    ``smooth``: ``grey`` as ``profiles.smoothed`` gives it; ``params``: see ``profiles.measure``.
+    ``smooth``: ``grey`` as ``profiles.smoothed`` gives it; ``params``: see ``profiles.measure``; ``light``:
+    that on the sheet they are printed on, where that is known.
     """
     blur, room = blurs(smooth, lines, params), rooms(lines, params)
     free = np.sqrt(np.maximum((room / ROOM) ** 2 - blur**2, SCALES[0] ** 2))
@@ -65,6 +67,8 @@ def measure_matched(grey: Grey, smooth: Grey, lines: Measured, params: Floats) -
     told = whole.information * (size**5 / (size**2 + blur**2) ** 2)[whole.labels]
     steepness = np.sqrt(whole.information)
     whole = replace(whole, information=told)
+    if light is not None:
+        whole = out_of_the_light(whole, steepest_drawn(blur, size), params, light)
     whole, left = put_back(whole, widths[numbers], params, steepness, room[numbers])
     return on_their_edges(whole, widths[numbers][left], params)
 

@@ -23,6 +23,8 @@ from .step_edge import WIDEST, Steps, fit_steps
 # line are averaged, with sign.
 SMOOTHING = 1.2
 NEIGHBORS = 5
+# What taking differences over two px, and sampling between pixels, add to the variance of a blur, px^2.
+DIFFERENCES, BETWEEN = 1 / 3, 1 / 6
 # Where a model says that a line runs, its edge is sought up to so many px to both sides.
 REACH = 3
 # A profile counts where its edge has this share of the line's usual strength, this quantile: it has less near

@@ -89,15 +89,24 @@ def test_without_numbered_lines_there_is_no_grid() -> None:
     assert len(numbered_lines(few, np.zeros(len(few.points), np.intp), LENS).line) == 0
 
 
-@pytest.mark.parametrize(("grown", "most"), [(0.0, 0.75), (0.4, 0.9)])
-def test_the_bars_distances_tell_more_than_their_straight_lines(grown: float, most: float) -> None:
-    """Most of lam; of the centre what two rows of ends have in common with them. Growth costs some of it."""
+@pytest.mark.parametrize("grown", [0.0, 0.4, 1.0])
+def test_the_bars_distances_tell_more_than_their_straight_lines(grown: float) -> None:
+    """Most of lam; of the centre what two rows of ends have in common. Growth costs little of it."""
     results = [both(bars(seed=seed, grown=grown)) for seed in range(16)]
     before, _, after, sigma = zip(*results, strict=True)
     share = rms(after) / rms(before)
-    assert np.all(share < (most, 0.95)), share
+    assert np.all(share < (0.75, 0.95)), share
     spread = np.sqrt(np.mean(np.divide(after, sigma) ** 2, axis=0))
     assert np.all((spread > 0.6) & (spread < 1.5)), spread
+
+
+def test_what_bright_bars_grow_by_is_found_beside_the_grid() -> None:
+    """However noisy the bars: a solver that stops half-way leaves some of it to the lens."""
+    for seed in range(12):
+        (_, _, there, sigma), (_, _, grown, _) = (
+            both(bars(noise=0.15, seed=seed, grown=g)) for g in (0.0, 1.0)
+        )
+        assert np.all(np.abs(grown - there) < 0.45 * sigma), seed
 
 
 def test_bars_of_all_widths_have_no_say() -> None:

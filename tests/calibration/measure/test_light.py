@@ -10,7 +10,7 @@ from scipy.special import ndtr
 
 from endocal.calibration.image.picture import Grey
 from endocal.calibration.measure.light import (
-    change_of_light,
+    Light,
     fitted_drawn,
     out_of_the_light,
     steepest_drawn,
@@ -61,7 +61,7 @@ def drawn(blur: float, steps: bool) -> np.ndarray:
 @pytest.mark.parametrize("steps", [False, True], ids=["steepest", "fitted"])
 def test_what_light_draws_is_taken_off(blur: float, steps: bool) -> None:
     lines = seen(blur, steps)
-    mended = out_of_the_light(lines, drawn(blur, steps), FLAT)
+    mended = out_of_the_light(lines, drawn(blur, steps), FLAT, Light.of(lines))
     # Where the profiles lie between the pixels moves points by some thousandths of a px to and fro.
     before, after = (np.bincount(m.labels, off(m)) for m in (lines, mended))
     # To the left, where the light is, whichever side of the edge is bright.
@@ -73,19 +73,20 @@ def test_the_change_of_light_is_told_by_the_bright_sides() -> None:
     lines = seen(1.0)
     x, y = lines.points.T
     slopes = np.stack([-(x + 10), -(y - 120)], axis=1) / 270**2
-    np.testing.assert_allclose(change_of_light(lines), slopes / light(x, y)[:, None], atol=3e-4)
+    change = Light.of(lines).change(lines.points)
+    np.testing.assert_allclose(change, slopes / light(x, y)[:, None], atol=3e-4)
 
 
 def test_highlights_tell_nothing_of_it() -> None:
     lines = seen(1.0)
     near = np.linalg.norm(lines.points - [180, 60], axis=1) < 25
     lit = replace(lines, levels=lines.levels + np.where(near, 60.0, 0.0)[:, None])
-    change = np.abs(change_of_light(lit) - change_of_light(lines))
-    assert change.max() < 0.2 * np.abs(change_of_light(lines)).max()
+    alone, with_it = (Light.of(m).change(lines.points) for m in (lines, lit))
+    assert np.abs(with_it - alone).max() < 0.2 * np.abs(alone).max()
 
 
 def test_even_light_moves_nothing() -> None:
     lines = seen(1.0)
     even = replace(lines, levels=np.tile([30.0, 230.0], (len(lines.points), 1)))
-    mended = out_of_the_light(even, drawn(1.0, False), FLAT)
+    mended = out_of_the_light(even, drawn(1.0, False), FLAT, Light.of(even))
     np.testing.assert_allclose(mended.points, lines.points, atol=1e-9)

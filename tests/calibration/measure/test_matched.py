@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from endocal.calibration.measure.light import Light
 from endocal.calibration.measure.matched import (
     SCALES,
     blurs,
@@ -127,3 +130,20 @@ def test_information_is_the_inverse_of_the_variance_of_points() -> None:
     share = variance * information
     assert share / share.mean() == pytest.approx(1, abs=0.35)
     assert information.max() > 3 * information.min()
+
+
+def test_light_that_falls_off_draws_nothing_off_its_edge() -> None:
+    at = [100.0, 180.0]
+    falling = 1 - 0.5 * np.arange(SIZE) / SIZE
+    known = lines(at)
+    grey = (picture(at, 2.0) * falling).astype(np.float32)
+    lit = replace(known, levels=known.levels * (1 - 0.5 * known.points[:, :1] / SIZE))
+    drawn, back = (
+        np.abs(np.bincount(m.labels, off(m, at)) / np.bincount(m.labels))
+        for m in (
+            measure_matched(grey, smoothed(grey), known, FLAT, light)
+            for light in (None, Light.of(lit))
+        )
+    )
+    assert np.all(drawn > 0.015)
+    assert np.all(back < 0.2 * drawn)
