@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..calibration.calibrate import calibrate_jointly
+from ..calibration.image.picture import to_grey
 from ..calibration.outcome import Workings
 from ..calibration.recorded import options_of
 from ..calibration.result import Calibration, Source, SourceImage
@@ -65,8 +66,8 @@ def report_files(
         raise UsageError("--lines are those of one picture: give one")
     contents = [read_picture_bytes(path) for path in paths]
     digests = [hashlib.sha256(data).hexdigest() for data in contents]
-    _check_distinct(paths, digests)
     images = [decode_image(data, str(path)) for data, path in zip(contents, paths, strict=True)]
+    _check_distinct(paths, images)
     for path, image in zip(paths[1:], images[1:], strict=True):
         if image.shape[:2] != images[0].shape[:2]:
             raise InputError(
@@ -102,11 +103,16 @@ def _notes(paths: Sequence[str | Path], contents: Sequence[bytes]) -> Iterator[s
             yield f"{shown(path)} holds {pages} pages: only the first is looked at"
 
 
-def _check_distinct(paths: Sequence[str | Path], digests: Sequence[str]) -> None:
-    """Refuse a picture that is there twice: counted as evidence of its own, it would make all look surer."""
-    for number, digest in enumerate(digests):
-        first = digests.index(digest)
-        if first < number:
-            raise InputError(
-                f"{shown(paths[number])}: the same picture as {shown(paths[first])}: give it once"
-            )
+def _check_distinct(paths: Sequence[str | Path], images: Sequence[Picture]) -> None:
+    """Refuse a picture that is there twice: counted as evidence of its own, it would make all look surer.
+
+    What counts is what is seen: the same pixels in a file of another kind are the same picture.
+    """
+    if len(images) < 2:
+        return
+    seen: dict[tuple[tuple[int, ...], str], str | Path] = {}
+    for path, image in zip(paths, images, strict=True):
+        grey = to_grey(image)
+        first = seen.setdefault((grey.shape, hashlib.sha256(grey.data).hexdigest()), path)
+        if first is not path:
+            raise InputError(f"{shown(path)}: the same picture as {shown(first)}: give it once")

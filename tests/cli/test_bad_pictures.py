@@ -118,6 +118,17 @@ def test_a_picture_given_twice(endocal: Runner, tmp_path: Path, noise: np.ndarra
         assert f"{twice.name}: the same picture as" in result.fails(1)
 
 
+@pytest.mark.parametrize("kind", ["bmp", "tif"])
+def test_a_picture_given_twice_in_other_files(
+    endocal: Runner, tmp_path: Path, noise: np.ndarray, kind: str
+) -> None:
+    save(tmp_path, 128 + noise)
+    again = tmp_path / f"again.{kind}"
+    cv2.imwrite(str(again), cv2.imread(str(tmp_path / "board.png"), cv2.IMREAD_COLOR))
+    result = endocal("calibrate", tmp_path / "board.png", again, "-o", tmp_path / "cal.toml")
+    assert f"{again.name}: the same picture as" in result.fails(1)
+
+
 @pytest.mark.parametrize(
     "options",
     [
