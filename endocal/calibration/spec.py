@@ -54,9 +54,7 @@ class CalibrationSpec:
 
     def __post_init__(self) -> None:
         _check_whole("--samples", self.samples, 3, MOST_SAMPLES)
-        _check_whole("--sobel", self.sobel, 3, 31)
-        if self.sobel % 2 == 0:
-            raise UsageError(f"--sobel {self.sobel}: an odd size from 3 to 31 is needed")
+        _check_whole("--sobel", self.sobel, 3, 31, odd=True)
         if self.model not in MODELS:
             raise UsageError(f"--model {self.model}: one of {', '.join(MODELS)} is needed")
         if self.model == "division2" and not self.refine:
@@ -100,10 +98,11 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _check_whole(name: str, value: int, least: int, most: int) -> None:
+def _check_whole(name: str, value: int, least: int, most: int, odd: bool = False) -> None:
     whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if not whole or not least <= value <= most:
-        raise UsageError(f"{name} {value}: a whole number from {least} to {most} is needed")
+    if not whole or not least <= value <= most or (odd and value % 2 == 0):
+        kind = "an odd number" if odd else "a whole number"
+        raise UsageError(f"{name} {value}: {kind} from {least} to {most} is needed")
 
 
 def _check_center(center: Center) -> None:

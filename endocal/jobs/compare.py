@@ -10,7 +10,7 @@ from typing import Any
 
 from ..calibration.calibrate import calibrate
 from ..calibration.evaluate import Evaluation, LinePoints, evaluate
-from ..calibration.methods.registry import METHODS, method_named
+from ..calibration.methods.registry import METHODS
 from ..calibration.scene import Image
 from ..calibration.spec import METHODS_OF_LINES, CalibrationSpec
 from ..errors import CalibrationError, InputError, UsageError
@@ -40,8 +40,9 @@ class ComparisonSpec:
 
     def __post_init__(self) -> None:
         for name in self.methods:
-            if name != REFINED:
-                method_named(name)
+            if name not in (*METHODS, REFINED):
+                known = ", ".join((*METHODS, REFINED))
+                raise UsageError(f"--method {name}: one of {known} is needed")
         if self.lines.lines is not None and len(self.images) > 1:
             raise UsageError("--lines are those of one picture: give one")
 

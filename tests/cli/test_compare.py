@@ -103,7 +103,9 @@ def test_a_board_to_measure_on_that_is_not_there(endocal: Callable[..., Any], fo
 
 def test_wrong_usage(endocal: Callable[..., Any], folder: Path) -> None:
     start = ("compare", folder / "board.png")
-    assert "--method magic: one of hewg" in endocal(*start, "--method", "magic").fails(2)
+    words = endocal(*start, "--method", "magic").fails(2)
+    assert "--method magic: one of hewg" in words
+    assert "refined" in words
     assert "give one" in endocal(*start, "--csv", "--json").fails(2)
     lines = ("--lines", folder / "lines.txt")
     assert "give one" in endocal(*start, folder / "board.png", *lines).fails(2)
