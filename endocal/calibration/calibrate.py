@@ -9,11 +9,12 @@ import numpy as np
 
 from ..errors import InputError
 from .fit.measured import Refined, misfit_of_views
+from .fit.plumb_line import inlying, robust_sigma
 from .fit.refine import reach_of
 from .lens_fit import fit_lens
 from .methods.registry import method_named
 from .objective import task_of
-from .outcome import OUTLYING, Workings, bare_outcome, outcome
+from .outcome import Workings, bare_outcome, outcome
 from .quality import ALIKE, OTHER_LENS, OUTLYING_PICTURE
 from .result import Calibration
 from .scene import Image, Scene, look_at
@@ -118,4 +119,5 @@ def _worst_picture(
 def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
     views = [i for i, view in enumerate(scene.views) if view.picture == picture]
     own = refined.fit.residuals[np.isin(refined.view, views)]
-    return root_mean_square(own[np.abs(own) < OUTLYING * max(refined.fit.sigma, 0.02)])
+    # A picture that goes with the others badly is judged by its own points: they are not its outliers.
+    return root_mean_square(own[inlying(own, max(refined.fit.sigma, robust_sigma(own)))])

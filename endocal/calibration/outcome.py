@@ -11,6 +11,7 @@ from ..boundary.content import content_radius
 from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .fit.measured import MODEL_HOLDS, Refined, departure_from_model
+from .fit.plumb_line import inlying
 from .lens_fit import farthest
 from .methods.registry import method_named
 from .quality import Evidence, judge
@@ -22,8 +23,6 @@ from .straightness import Floats, residuals, root_mean_square
 
 # A model is used up to this share of the radius at which it folds.
 SHORT_OF_FOLD = 0.98
-# A fit's share of residuals within which straightness is told, in robust standard deviations.
-OUTLYING = 5.0
 
 
 @dataclass(frozen=True)
@@ -97,17 +96,20 @@ def _evidence(
     if len(mix) > 3:
         mix[3] = 0.5 * radius**2
     departure = departure_from_model(fit, m.labels)
-    inlying = np.abs(fit.residuals) < OUTLYING * max(fit.sigma, 0.02)
+    close = inlying(fit.residuals, fit.sigma)
     before = residuals(m.points, m.labels, np.array([0.0, *fit.params[1:3]]), sides=m.sides)
     return Evidence(
         lines=int(m.labels.max()) + 1,
         points=len(m.points),
-        rms_before=root_mean_square(before[inlying]),
-        rms=root_mean_square(fit.residuals[inlying]),
+        rms_before=root_mean_square(before[close]),
+        rms=root_mean_square(fit.residuals[close]),
+        outlying=1 - float(close.mean()),
         entropy=entropy,
         lam=float(mix @ fit.params),
         lam_sigma=float(np.sqrt(max(float(mix @ covariances @ mix), 0.0))),
-        center_sigma=float(np.sqrt(max(float(covariances[1, 1] + covariances[2, 2]), 0.0))),
+        center_sigma=None
+        if scene.prior.fixed
+        else float(np.sqrt(max(float(covariances[1, 1] + covariances[2, 2]), 0.0))),
         center_belief=float(np.hypot(*scene.prior.spread)),
         reach=radius,
         content_radius=scene.content_radius(fit.params[1:3]),

@@ -10,15 +10,25 @@ from ..boundary.circle import Boundary
 from ..model import DivisionModel
 
 VERDICTS = ("good", "doubtful", "failed")
+# Less than this share of points that do not follow their lines is as usual: corners, glare, a line missed.
+FEW_OUTLYING = 0.05
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """One standard deviation of each parameter: px^-2, px, and px^-4 for the two-parameter model."""
+    """One standard deviation of each parameter: px^-2, px, and px^-4 for the two-parameter model.
+
+    That of a centre that was given is 0: it is taken as it is.
+    """
 
     lam: float
     center: tuple[float, float]
     lam2: float | None = None
+
+    @property
+    def center_given(self) -> bool:
+        """Whether the centre was given rather than sought: how sure it is is not known."""
+        return max(self.center) == 0
 
 
 @dataclass(frozen=True)
@@ -26,7 +36,8 @@ class Quality:
     """Whether the calibration can be trusted, and the numbers behind that.
 
     ``verdict`` is one of VERDICTS; ``rms_before`` and ``rms`` are the straightness of the found lines in
-    distorted pixels, without and with the model; ``entropy`` is that of the vote map (eq. 6).
+    distorted pixels, without and with the model, over the points that follow their lines; ``outlying`` is the
+    share, 0 to 1, of those that do not; ``entropy`` is that of the vote map (eq. 6).
     """
 
     verdict: str
@@ -36,6 +47,12 @@ class Quality:
     rms_before: float | None = None
     rms: float | None = None
     entropy: float | None = None
+    outlying: float = 0.0
+
+    @property
+    def outlying_told(self) -> float | None:
+        """The share ``outlying`` where it is not as small as usual."""
+        return self.outlying if self.outlying >= FEW_OUTLYING else None
 
 
 @dataclass(frozen=True)

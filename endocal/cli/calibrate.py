@@ -140,17 +140,21 @@ def _tell(calibration: Calibration, output: Path) -> None:
     if u is None:
         note(f"lambda {lam:.4e} px^-2, centre {x:.1f}, {y:.1f} px")
     else:
-        note(
-            f"lambda {lam:.5e} ± {u.lam:.1e} px^-2,"
-            f" centre {x:.2f} ± {u.center[0]:.2f}, {y:.2f} ± {u.center[1]:.2f} px"
-        )
+        center = f"{x:.2f} ± {u.center[0]:.2f}, {y:.2f} ± {u.center[1]:.2f} px"
+        if u.center_given:
+            center = f"{x:.2f}, {y:.2f} px as given"
+        note(f"lambda {lam:.5e} ± {u.lam:.1e} px^-2, centre {center}")
     if model.lam2:
         note(f"lambda2 {model.lam2:.4e} px^-4")
     if quality is not None:
         if quality.rms is not None:
+            share = quality.outlying_told
+            without = (
+                f", without the {share:.0%} of points that do not follow them" if share else ""
+            )
             note(
                 f"{quality.lines} lines, {quality.points} points: straight to {quality.rms:.3f} px"
-                f" ({quality.rms_before:.2f} px before)"
+                f" ({quality.rms_before:.2f} px before){without}"
             )
         for reason in quality.reasons:
             note(f"{quality.verdict}: {reason}")

@@ -189,8 +189,11 @@ def _read_quality(section: Section) -> Quality:
         rms_before=section.number("rms_before", None, at_least=0),
         rms=section.number("rms", None, at_least=0),
         entropy=section.number("entropy", None, at_least=0),
+        outlying=section.number("outlying", 0.0, at_least=0),
     )
     section.close()
+    if quality.outlying > 1:
+        raise InputError(f"{section.name('outlying')} is {quality.outlying:g}; it must be 0 to 1")
     return quality
 
 
@@ -206,6 +209,7 @@ def _write_quality(quality: Quality) -> list[str]:
     for key, value, comment in (
         ("rms_before", quality.rms_before, "px, straightness of the lines before correction"),
         ("rms", quality.rms, "px, and after"),
+        ("outlying", quality.outlying_told, "share of points that follow no line, left out of rms"),
         ("entropy", quality.entropy, "of the vote map, eq. 6"),
     ):
         if value is not None:

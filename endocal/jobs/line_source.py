@@ -9,7 +9,7 @@ import numpy as np
 from ..calibration.board.corners import find_board
 from ..calibration.calibrate import calibrate_jointly
 from ..calibration.evaluate import LinePoints
-from ..calibration.outcome import OUTLYING
+from ..calibration.fit.plumb_line import inlying
 from ..calibration.scene import Image, look_at
 from ..calibration.spec import CalibrationSpec, Lines, check_lines
 from ..calibration.straightness import Floats, Labels
@@ -49,8 +49,7 @@ class LineSource:
         refined = found.workings.refined
         assert refined is not None, "a refined calibration has lines"
         # Those that lie on their lines: what a line's profiles met besides is none of it.
-        limit = OUTLYING * max(refined.fit.sigma, 0.02)
-        measured = refined.measured.take(np.abs(refined.fit.residuals) < limit)
+        measured = refined.measured.take(inlying(refined.fit.residuals, refined.fit.sigma))
         return LinePoints(
             measured.points / (spec.pixel_aspect, 1.0), measured.labels, measured.sides
         )

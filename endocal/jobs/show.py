@@ -31,8 +31,9 @@ def _describe_calibration(calibration: Calibration) -> list[Row]:
     if model.lam2:
         sigma = f" ± {u.lam2:.2g}" if u and u.lam2 is not None else ""
         rows.append(("lambda2", f"{model.lam2:.6g}{sigma} px^-4"))
-    sigma = f" ± {u.center[0]:.2g}, {u.center[1]:.2g}" if u else ""
-    rows.append(("centre", f"{model.center[0]:.2f}, {model.center[1]:.2f}{sigma} px"))
+    sigma = f" ± {u.center[0]:.2g}, {u.center[1]:.2g}" if u and not u.center_given else ""
+    given = " as given" if u and u.center_given else ""
+    rows.append(("centre", f"{model.center[0]:.2f}, {model.center[1]:.2f}{sigma} px{given}"))
     reach = content_radius(model.center, model.size, b, model.pixel_aspect)
     usable = calibration.usable_radius
     rows.append(("effect", _effect(model, min(reach, usable or reach))))
@@ -52,7 +53,11 @@ def _describe_calibration(calibration: Calibration) -> list[Row]:
         )
         if q.rms_before is not None and q.rms is not None:
             found = f"{q.points} edge points on {q.lines} lines"
-            rows.append(("straightness", f"{q.rms_before:.2f} -> {q.rms:.2f} px over {found}"))
+            without = (
+                f" but {q.outlying_told:.0%} that do not follow them" if q.outlying_told else ""
+            )
+            over = f"{found}{without}"
+            rows.append(("straightness", f"{q.rms_before:.2f} -> {q.rms:.2f} px over {over}"))
     if (s := calibration.source) is not None:
         refined = "" if s.refined else ", not refined"
         rows.append(("made by", f"endocal {s.endocal}, method {s.method}{refined}"))

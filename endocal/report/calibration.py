@@ -107,9 +107,10 @@ def _tiles(
     strength = model.lam * reach**2 + model.lam2 * reach**4
     tiles = []
     if quality is not None and quality.rms is not None and quality.rms_before is not None:
-        tiles.append(
-            ("Lines off straight", f"{quality.rms:.3g} px", f"{quality.rms_before:.3g} px before")
-        )
+        share = quality.outlying_told
+        without = f", without {share:.0%} of their points" if share else ""
+        before = f"{quality.rms_before:.3g} px before{without}"
+        tiles.append(("Lines off straight", f"{quality.rms:.3g} px", before))
     tiles.append(
         (
             "What correction does",
@@ -124,7 +125,7 @@ def _tiles(
         tiles.append(("λ₂, px⁻⁴", *scientific(model.lam2, u.lam2 if u else None)))
     center = f"{model.center[0]:.2f}, {model.center[1]:.2f}"
     sigma = f"± {u.center[0]:.2g}, {u.center[1]:.2g}" if u else ""
-    if u is not None and max(u.center) == 0:
+    if u is not None and u.center_given:
         sigma = "given"
     tiles.append(("Distortion centre, px", center, sigma))
     b = calibration.boundary
@@ -244,8 +245,8 @@ def _sureness(calibration: Calibration, workings: Workings, placing: p.Html) -> 
         words = "The centre was given, not sought: its uncertainty is not known."
     else:
         words = (
-            "Both come from the lines themselves: how much the result would move had any of them been"
-            " left out."
+            "Both come from the lines themselves: how far what is left of them, as noisy and as alike from"
+            " one point to the next as it is, moves the result."
         )
         ellipses = plots.ellipse(workings, model)
         shown.insert(

@@ -44,6 +44,12 @@ def checks(e: Evidence) -> list[Check]:
             e.rms <= rough * unit,
         ),
         Check(
+            "Points that do not follow their lines",
+            f"{e.outlying:.0%}, left out above",
+            f"{q.MANY_OUTLYING:.0%} or less",
+            e.outlying <= q.MANY_OUTLYING,
+        ),
+        Check(
             "How bent they stay, beyond noise",
             f"{e.bend:.2f} px" if e.bend else "not measurably",
             f"{q.BENT * unit:.2g} px or less",
@@ -68,22 +74,20 @@ def checks(e: Evidence) -> list[Check]:
             )
         )
     if e.center_sigma is not None:
-        rows.append(
+        rows += [
             Check(
                 "How surely the centre is known",
                 f"± {e.center_sigma:.2g} px",
                 f"± {q.WEAK_CENTER * e.short_side:.2g} px or less",
                 e.center_sigma <= q.WEAK_CENTER * e.short_side,
-            )
-        )
-    rows.append(
-        Check(
-            "Where the centre lies",
-            f"{e.astray:.1f} standard deviations from the middle of the picture",
-            f"{q.ASTRAY:.0f} or less",
-            e.astray <= q.ASTRAY,
-        )
-    )
+            ),
+            Check(
+                "Where the centre lies",
+                f"{e.astray:.1f} standard deviations from the middle of the picture",
+                f"{q.ASTRAY:.0f} or less",
+                e.astray <= q.ASTRAY,
+            ),
+        ]
     fold = "nowhere" if e.fold_radius == float("inf") else f"{e.fold_radius:.0f} px from the centre"
     rows.append(
         Check(

@@ -97,6 +97,13 @@ def test_a_given_centre_and_region() -> None:
     result = calibrate(render_board(scene), spec)
     assert result.model.center == (325.0, 233.0)
     assert result.model.lam == pytest.approx(-2.4e-6, rel=0.002)
+    assert result.uncertainty.center_given
+
+
+def test_a_centre_given_wrong_is_suspected() -> None:
+    result = calibrate(render_board(board()), CalibrationSpec(center=(365.0, 285.0)))
+    assert result.quality.verdict == "doubtful"
+    assert any("the centre that was given is wrong" in reason for reason in result.quality.reasons)
 
 
 def test_sixteen_bits_and_colour_give_the_same() -> None:
@@ -183,6 +190,27 @@ def test_two_pictures_of_different_lenses_are_doubted(factor: float) -> None:
     assert calibrate([first, mate]).quality.verdict == "good"
 
 
+def test_a_picture_that_does_not_go_with_the_other_is_told_by_its_own_points() -> None:
+    second = board(lam=-4.5e-6, axis=100, rotation=40, seed=7)
+    joint = calibrate_jointly([render_board(board(lam=-3e-6)), render_board(second)])
+    quality = joint.calibration.quality
+    # To the other's lens most of it outlies.
+    assert quality.outlying > 0.3
+    assert joint.rms[0] < 0.1 < 0.8 < joint.rms[1]
+    assert [reason for reason in quality.reasons if "do not follow" in reason] == []
+
+
+def test_two_boards_of_which_one_tells_the_model_are_doubted() -> None:
+    picture = render_board(board(rotation=5))
+    other = render_board(board(tilt=35, axis=210, rotation=-4, seed=2))
+    picture[:, 240:] = other[:, 240:]
+    quality = calibrate(picture).quality
+    assert quality.rms < 0.1
+    assert quality.outlying > 0.2
+    assert quality.verdict == "doubtful"
+    assert "of the points do not follow their lines" in " ".join(quality.reasons)
+
+
 def test_pictures_of_two_zoom_settings_are_doubted() -> None:
     poses = ((100, 10, 5), (20, 30, 40))
     at = [
@@ -260,6 +288,9 @@ def test_options_that_make_no_sense() -> None:
     for name, value in wrong:
         with pytest.raises(UsageError, match=name.replace("_", ".") + ".*needed"):
             CalibrationSpec(**{name: value})
+    for sobel in (2, 20):
+        with pytest.raises(UsageError, match="odd number from 3 to 31"):
+            CalibrationSpec(sobel=sobel)
     with pytest.raises(UsageError, match=r"--no-refine.*one parameter"):
         CalibrationSpec(model="division2", refine=False)
     CalibrationSpec(center=(np.float64(3), 4), samples=np.int64(8), pixel_aspect=np.float32(1.5))

@@ -22,6 +22,7 @@ def test_sound_evidence_is_good() -> None:
         ({"second_lost": True}, "this is the one-parameter model"),
         ({"bend": 0.3}, "residuals above noise"),
         ({"rms": 0.9}, "edges are noisy"),
+        ({"outlying": 0.3}, "30% of the points do not follow"),
         ({"rms": 0.2, "board": False}, "edges are noisy"),
         ({"explained": 0.03}, "is this a pattern"),
         ({"explained": 0.2, "board": False}, "is this a pattern"),
@@ -41,6 +42,14 @@ def test_each_doubt_is_named(change: dict, reason: str) -> None:
     assert quality.verdict == "doubtful"
     assert len(quality.reasons) == 1
     assert reason in quality.reasons[0]
+
+
+def test_a_given_centre_may_be_what_is_wrong() -> None:
+    given = replace(GOOD, center_sigma=None)
+    assert judge(given).verdict == "good"
+    for rough in ({"bend": 0.3}, {"rms": 4.0}):
+        assert "the centre that was given" in judge(replace(given, **rough)).reasons[0]
+        assert "given" not in judge(replace(GOOD, **rough)).reasons[0]
 
 
 @pytest.mark.parametrize(

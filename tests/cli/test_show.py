@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ CALIBRATION = Calibration(
     DivisionModel(-2.83e-6, (388.6, 275.7), (768, 576), lam2=1e-14),
     Uncertainty(1.2e-9, (0.11, 0.09), 2e-16),
     Boundary((383.0, 287.5), 712.0, 331000.0, 0.83),
-    Quality("doubtful", ("few lines",), 26, 8120, 2.31, 0.13, 6.234),
+    Quality("doubtful", ("few lines",), 26, 8120, 2.31, 0.13, 6.234, 0.12),
     Source("hewg", False, (SourceImage("cal.png", "0f" * 32),), "0.1.0"),
 )
 TABLE = ZoomTable(
@@ -57,7 +58,7 @@ def test_a_calibration_in_words(endocal: Callable[..., Any]) -> None:
         "barrel: content ",
         "712.0 px wide, 83% of its rim in the frame",
         "doubtful: few lines",
-        "2.31 -> 0.13 px over 8120 edge points on 26 lines",
+        "2.31 -> 0.13 px over 8120 edge points on 26 lines but 12% that do not follow them",
         "endocal 0.1.0, method hewg, not refined",
         "cal.png",
     ):
@@ -101,3 +102,14 @@ def test_a_lens_that_folds_inside_the_frame_says_how_far_it_holds(
     # 300 / (1 - 1e-5 * 300^2) = 3000; the frame's corner lies beyond the fold, at 316 px.
     assert "content 300 px from the centre moves to 3000 px" in out
     assert "up to 300 px from the centre" in out
+
+
+def test_a_centre_that_was_given_has_no_uncertainty(endocal: Callable[..., Any]) -> None:
+    given = replace(CALIBRATION, uncertainty=Uncertainty(1.2e-9, (0.0, 0.0)))
+    (centre,) = (
+        line
+        for line in endocal("show", "-", stdin=dumps(given).encode()).out.splitlines()
+        if line.startswith("centre")
+    )
+    assert "as given" in centre
+    assert "±" not in centre

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from endocal.boundary.circle import Boundary
 from endocal.calibration.result import (
+    FEW_OUTLYING,
     VERDICTS,
     Calibration,
     Quality,
@@ -30,7 +31,7 @@ CALIBRATION = Calibration(
     DivisionModel(-2.8312345678e-6, (388.6123456, 275.7), SIZE),
     Uncertainty(1.2345e-9, (0.1123, 0.0923)),
     Boundary((383.0, 287.5), 712.0, 331000.0, 0.83),
-    Quality("doubtful", ("few lines", 'a "quoted" one'), 26, 8120, 2.31, 0.13, 6.234),
+    Quality("doubtful", ("few lines", 'a "quoted" one'), 26, 8120, 2.31, 0.13, 6.234, 0.12),
     Source("hewg", True, (SourceImage("cal.png", "0f" * 32),), "0.1.0"),
 )
 TABLE = ZoomTable(
@@ -83,6 +84,7 @@ def calibrations(draw: st.DrawFn) -> Calibration:
                 st.none() | positive,
                 st.none() | positive,
                 st.none() | positive,
+                st.just(0.0) | st.floats(FEW_OUTLYING, 1),
             )
         ),
         draw(

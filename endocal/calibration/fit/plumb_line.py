@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
@@ -18,6 +19,8 @@ ALIKE = 6
 PULL = 0.5 * np.sqrt(ALIKE)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
+# A residual beyond so many standard deviations, of so many px at least, is none of its line's.
+OUTLYING, LEAST_SIGMA = 5.0, 0.02
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,11 @@ class Fit:
 def robust_sigma(values: Floats) -> float:
     """The standard deviation of the bulk of ``values``, from their median size."""
     return float(np.median(np.abs(values))) / 0.6745
+
+
+def inlying(residuals: Floats, sigma: float) -> NDArray[np.bool_]:
+    """Which ``residuals`` (m,) px are those of points that follow their lines, and err by ``sigma`` px."""
+    return np.asarray(np.abs(residuals) < OUTLYING * max(sigma, LEAST_SIGMA))
 
 
 def fit_model(
