@@ -11,8 +11,8 @@ import numpy as np
 from ..boundary.circle import Boundary
 from ..boundary.detect import find_boundary
 from ..errors import CalibrationError, InputError, UsageError
-from .fit.measured import View
 from .fit.plumb_line import Prior
+from .fit.view import View
 from .image.content import content_masks
 from .image.edges import EdgePoints, find_edges_apart
 from .image.picture import Grey, Image, Mask, Picture, checked, fields, to_grey

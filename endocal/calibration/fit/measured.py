@@ -1,31 +1,24 @@
 """The final fit: lines measured on profiles, told from what is no board, and fitted, in rounds.
 
-All coordinates are in square pixels. A *view* is one picture, or one field of an interlaced one: the
-views of a lens share its model, and keep their lines apart.
+All coordinates are in square pixels. The views of a lens share its model, and keep their lines apart.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..board.bars import bars_of
 from ..board.pattern import clear_of_crossings, join_pieces, measured_once, on_board
-from ..image.edges import EdgePoints
-from ..image.picture import Grey
 from ..measure.growth import growth_columns
-from ..measure.light import Light, fitted_drawn, out_of_the_light, steepest_drawn
-from ..measure.matched import blurs, measure_matched
-from ..measure.own_rows import on_own_rows
-from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
+from ..measure.profiles import Measured
 from ..straightness import Floats, Labels, residuals
-from .end_rows import end_rows, new_lines
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
 from .plumb_line import Fit, Prior, fit_model, folds, robust_sigma
 from .uncertainty import covariance
+from .view import View, measured_again, measured_in, with_end_rows
 
 # Lines that a fit needs at least.
 FEWEST_LINES = 3
@@ -49,28 +42,6 @@ OUTLYING = 3.0
 # What moves all edges of a picture smoothly (light, growth, sampling) passes for the lens: one standard
 # deviation, px, at the farthest points. On 59 boards with next to no noise it was 0.012.
 SMOOTH = 0.01
-
-
-@dataclass(frozen=True)
-class View:
-    """What is seen in one field: grey levels (h, w), edge points, and the number of its picture.
-
-    Edges were sought on the picture reduced ``step`` times: there is one point for so many px along them.
-    ``outer``: edge points in the dark surround or close to it, of which most are the rim's. ``first_row``: of
-    the rows that a field has, every second one; None where the picture has them all.
-    """
-
-    grey: Grey
-    edges: EdgePoints
-    picture: int = 0
-    step: int = 1
-    outer: EdgePoints = field(default_factory=EdgePoints.none)
-    first_row: int | None = None
-
-    @property
-    def edge_length(self) -> int:
-        """How long the edges are in all, px."""
-        return len(self.edges) * self.step
 
 
 @dataclass(frozen=True)
@@ -111,8 +82,7 @@ def fit_measured(
 
     ``params`` and ``sigma`` px: the model that found the lines, and its residual. None with too few lines.
     """
-    smooth = [smoothed(view.grey) for view in views]
-    measured = [_measured(s, *line, params) for s, line in zip(smooth, lines, strict=True)]
+    measured = [measured_in(v, *line, params) for v, line in zip(views, lines, strict=True)]
     for number in range(MOST_ROUNDS):
         whole = [join_pieces(part) for part in measured]
         boards = [on_board(part) for part in whole]
@@ -130,15 +100,14 @@ def fit_measured(
             noisy = _noise(everything, fit) > NOISY
             if not any(board is not None for board in boards):
                 parts = [
-                    _with_end_rows(view, s, part, params)
-                    for view, s, part in zip(views, smooth, parts, strict=True)
+                    with_end_rows(v, part, params) for v, part in zip(views, parts, strict=True)
                 ]
         elif all(a is b for a, b in zip(measured, whole, strict=True)):
             break
         if number < MOST_ROUNDS - 1:
             measured = [
-                _measured_again(view, s, part, params, board is not None, noisy)
-                for view, s, part, board in zip(views, smooth, parts, boards, strict=True)
+                measured_again(view, part, params, board is not None, noisy)
+                for view, part, board in zip(views, parts, boards, strict=True)
             ]
     fit = _fit(everything, params, reach, prior, _softness(sigma), content)
     on_a_board = any(board is not None for board in boards)
@@ -275,50 +244,6 @@ def misfit_of_views(
         alone = _fit(m, fit.params, reach, prior, fit.softness, content)
         out.append((robust_sigma(fit.residuals[own]), alone.sigma))
     return out
-
-
-def _measured(smooth: Grey, points: Floats, labels: Labels, params: Floats) -> Measured:
-    if len(points) == 0:
-        return Measured.none()
-    return measure(smooth, points, labels, params).renumbered()
-
-
-def _with_end_rows(view: View, smooth: Grey, lines: Measured, params: Floats) -> Measured:
-    """Add to the lines of a view the rows of bars' ends that were not among them."""
-    rows = _measured(smooth, *end_rows(view.edges, lines, params), params)
-    if len(rows.points) == 0:
-        return lines
-    rows = rows.take(np.isin(rows.labels, new_lines(rows, lines)))
-    if len(rows.points) == 0:
-        return lines
-    count = int(lines.labels.max()) + 1
-    return Measured.joined([lines, rows], np.concatenate([lines.labels, rows.labels + count]))
-
-
-def _measured_again(
-    view: View, smooth: Grey, lines: Measured, params: Floats, board: bool, noisy: bool
-) -> Measured:
-    """Measure the lines of a view where they were measured before."""
-    if len(lines.points) == 0:
-        return lines
-    if not board:
-        bars = bars_of(lines, params)
-        light = None if bars is None else Light.of(lines.take(np.isin(lines.labels, bars.edges)))
-        again = measure_matched(view.grey, smooth, lines, params, light)
-        return _on_own_rows(view, again, params)
-    again = measure(smooth, lines.points, lines.labels, params, True, noisy).renumbered()
-    if len(again.points) == 0:
-        return again
-    blur = blurs(smooth, again, params)
-    drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
-    again = out_of_the_light(again, drawn, params, Light.of(again))
-    return _on_own_rows(view, again, params)
-
-
-def _on_own_rows(view: View, lines: Measured, params: Floats) -> Measured:
-    if view.first_row is None:
-        return lines
-    return on_own_rows(view.grey, view.first_row, lines, params)
 
 
 def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..straightness import Floats, Labels, residuals
 from .grouping import LineSpec, group
-from .measured import View
+from .view import View
 
 # A line is told from a rim where one would leave it by so many px, several times what an edge point is off,
 # and it does not itself leave the model's line by this share of that.

@@ -15,9 +15,10 @@ from ..image.edges import EdgePoints
 from ..straightness import Floats, Labels
 from .following import followed
 from .grouping import Grouping, LineSpec, group
-from .measured import ENOUGH_POINTS, FEWEST_LINES, Refined, View, fit_measured
+from .measured import ENOUGH_POINTS, FEWEST_LINES, Refined, fit_measured
 from .outer_lines import with_outer_lines
 from .plumb_line import Prior, fit_model
+from .view import View
 
 # Where the fit is started besides the search's answer: lambda times the squared reach of the points.
 STARTS = (-1.4, -0.9, -0.4, 0.0)

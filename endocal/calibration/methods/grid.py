@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..fit.measured import View
+from ..fit.view import View
 from ..image.directions import directions_along
 from ..image.edges import EdgePoints, edge_directions
 from ..search import Found, Measure, search

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..fit.measured import View
 from ..fit.plumb_line import Prior
+from ..fit.view import View
 from ..search import Found, Region
 from ..spec import CalibrationSpec
 from ..straightness import Floats

@@ -3,8 +3,8 @@
 import numpy as np
 
 from endocal.calibration.fit.grouping import LineSpec
-from endocal.calibration.fit.measured import View
 from endocal.calibration.fit.outer_lines import with_outer_lines
+from endocal.calibration.fit.view import View
 from endocal.calibration.image.edges import EdgePoints
 from endocal.model import DivisionModel
 
