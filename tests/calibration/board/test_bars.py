@@ -15,11 +15,12 @@ from ..sheets import COLUMNS, LENS, ROWS, bars, board, sheet
 EDGES = COLUMNS + 1
 
 
-def with_line(m: Measured, x: np.ndarray, y: np.ndarray) -> Measured:
-    """One line more, through places on the sheet."""
+def with_line(m: Measured, x: np.ndarray, y: np.ndarray, side: float = 1.0) -> Measured:
+    """One line more, through places on the sheet, bright to the left or right of its way."""
     points = sheet(x, y)
     n = len(points)
-    more = Measured(points, np.zeros(n, np.intp), np.ones(n), np.full((n, 2), 100.0), np.ones(n))
+    sides = np.full(n, side)
+    more = Measured(points, np.zeros(n, np.intp), sides, np.full((n, 2), 100.0), np.ones(n))
     return Measured.joined([m, more], np.append(m.labels, np.full(n, m.labels.max() + 1)))
 
 
@@ -58,11 +59,34 @@ def test_a_line_across_bars_and_gaps_is_no_row_of_ends() -> None:
     assert found.rows.tolist() == [EDGES, EDGES + 1]
 
 
-def test_a_sheet_s_side_at_a_distance_of_its_own_has_no_number() -> None:
+@pytest.mark.parametrize("away", [0.6, 1.4])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_sheet_s_side_at_a_distance_of_its_own_has_no_number(away: float, side: float) -> None:
     y = np.linspace(-ROWS / 2, ROWS / 2, 300)
-    found = bars_of(with_line(bars(), np.full(300, -COLUMNS / 2 - 0.6), y), LENS)
+    found = bars_of(with_line(bars(), np.full(300, -COLUMNS / 2 - away), y, side), LENS)
     assert found is not None
     assert sorted(found.edges.tolist()) == list(range(EDGES))
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_line_askew_in_the_place_of_an_edge_has_no_number(side: float) -> None:
+    """By three degrees: through the middle of a place that is free, but not to the bars' vanishing point."""
+    y = np.linspace(-ROWS / 2, ROWS / 2, 300)
+    x = -COLUMNS / 2 - 1 + np.tan(np.deg2rad(3)) * y
+    found = bars_of(with_line(bars(), x, y, side), LENS)
+    assert found is not None
+    assert sorted(found.edges.tolist()) == list(range(EDGES))
+
+
+def test_a_few_regular_lines_among_others_are_no_bars() -> None:
+    """Seven follow each other at one distance; eight more, as parallel, do so at none."""
+    m = bars()
+    m = m.take(m.labels < 7)
+    y = np.linspace(-ROWS / 2, ROWS / 2, 300)
+    assert bars_of(m, LENS) is not None
+    for k, x in enumerate((2.3, 2.62, 3.37, 3.6, 4.45, 4.71, 5.2, 5.88)):
+        m = with_line(m, np.full(300, x), y, (-1.0) ** k)
+    assert bars_of(m, LENS) is None
 
 
 def test_rows_run_across_and_have_no_numbers() -> None:

@@ -1,8 +1,10 @@
 """Rows of bars' ends are told by where the bars' edges end."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from endocal.calibration.fit.end_rows import FEWEST_ENDS, end_rows
+from endocal.calibration.fit.end_rows import FEWEST_ENDS, end_rows, new_lines
 from endocal.calibration.image.edges import EdgePoints
 from endocal.calibration.measure.profiles import Measured
 from endocal.model import DivisionModel
@@ -43,6 +45,28 @@ def test_the_row_of_narrow_rounded_ends_is_found() -> None:
     off = plane[:, 1] - 0.2 * plane[:, 0] - 100.0
     assert np.ptp(off) < 1.5
     assert np.abs(off).max() < 3
+
+
+def test_ends_beside_the_row_are_not_on_it() -> None:
+    """Every sixth bar ends 5 px higher than the row of the others."""
+    edges, lines = bars(12)
+    higher = np.arange(12) % 6 == 1
+    moved = edges.points - np.stack([np.zeros(len(edges)), 5.0 * np.repeat(higher, 15)], axis=1)
+    points, labels = end_rows(EdgePoints(moved, edges.gradients), lines, PARAMS)
+    assert list(np.unique(labels)) == [0]
+    assert len(points) == 20
+    plane = MODEL.undistort(points)
+    assert np.ptp(plane[:, 1] - 0.2 * plane[:, 0]) < 1.5
+
+
+def test_a_line_measured_again_is_no_new_row() -> None:
+    _, lines = bars(3)
+    again = lines.take(lines.labels == 2)
+    row = replace(
+        again, points=again.points + np.array([60.0, 0.0]), labels=np.ones_like(again.labels)
+    )
+    rows = Measured.joined([again, row], np.append(0 * again.labels, row.labels))
+    assert new_lines(rows, lines).tolist() == [1]
 
 
 def test_few_ends_are_no_row() -> None:

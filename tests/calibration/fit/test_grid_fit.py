@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,9 +62,10 @@ def test_lines_printed_astray_have_no_say(astray: float) -> None:
     assert np.median(moved) < 0.3
 
 
-def test_one_row_out_of_place_moves_nothing() -> None:
-    """Its number is wrong, or it is no row: half a square is hundreds of standard deviations."""
-    results = [both(board(seed=seed, wrong=0.5)) for seed in range(12)]
+@pytest.mark.parametrize("wrong", [0.05, 0.5])
+def test_one_row_out_of_place_moves_nothing(wrong: float) -> None:
+    """Its number is wrong, or it is no row: a twentieth of a square is hundreds of standard deviations."""
+    results = [both(board(seed=seed, wrong=wrong)) for seed in range(12)]
     before, _, after, _ = zip(*results, strict=True)
     assert np.all(rms(after) < 0.9 * rms(before)), rms(after) / rms(before)
 
@@ -79,6 +82,13 @@ def test_two_pictures_of_a_board_have_a_grid_each() -> None:
     assert found is not None
     sigma = np.sqrt(np.diag(covariance(found, m.labels)))
     assert np.all(np.abs(found.params - LENS) < 3 * sigma)
+
+
+def test_a_model_held_at_its_bound_has_no_grid() -> None:
+    m = board()
+    first = plain(m)
+    held = replace(first, jacobian=first.jacobian * (np.arange(first.jacobian.shape[1]) != 0))
+    assert fit_grid(m, np.zeros(len(m.points), np.intp), held, REACH) is None
 
 
 def test_without_numbered_lines_there_is_no_grid() -> None:
@@ -109,10 +119,12 @@ def test_what_bright_bars_grow_by_is_found_beside_the_grid() -> None:
         assert np.all(np.abs(grown - there) < 0.45 * sigma), seed
 
 
-def test_bars_of_all_widths_have_no_say() -> None:
-    results = [both(bars(seed=seed, astray=0.02)) for seed in range(16)]
+@pytest.mark.parametrize(("astray", "most"), [(0.002, 1.3), (0.02, 1.1)])
+def test_bars_of_all_widths_have_no_say(astray: float, most: float) -> None:
+    """A tenth of a px, at first: what the grid explains of that itself must not pass for evenness."""
+    results = [both(bars(seed=seed, astray=astray)) for seed in range(16)]
     before, _, after, _ = zip(*results, strict=True)
-    assert np.all(rms(after) < 1.1 * rms(before)), rms(after) / rms(before)
+    assert np.all(rms(after) < most * rms(before)), rms(after) / rms(before)
 
 
 def test_one_row_of_ends_is_no_grid() -> None:

@@ -1,6 +1,7 @@
 """Lines in the surround: a sheet's edge is taken, rims are not."""
 
 import numpy as np
+import pytest
 
 from endocal.calibration.fit.grouping import LineSpec
 from endocal.calibration.fit.outer_lines import with_outer_lines
@@ -13,8 +14,8 @@ SPEC = LineSpec(1.5, np.deg2rad(6), 25, 20.0)
 NO_LINES = np.empty((0, 2)), np.empty(0, np.intp)
 
 
-def taken(points: np.ndarray) -> int:
-    """How many lines are taken of edge points in order, in the noise of edges."""
+def taken(points: np.ndarray, lam: float = MODEL.lam) -> int:
+    """How many lines are taken of edge points in order, in the noise of edges, under a lens of ``lam``."""
     ways = np.gradient(points, axis=0)
     normals = np.stack([-ways[:, 1], ways[:, 0]], axis=1)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
@@ -22,7 +23,7 @@ def taken(points: np.ndarray) -> int:
     view = View(
         np.zeros((480, 640), np.float32), EdgePoints.none(), outer=EdgePoints(noisy, normals)
     )
-    params = np.array([MODEL.lam, *MODEL.center])
+    params = np.array([lam, *MODEL.center])
     _, labels = with_outer_lines(view, *NO_LINES, params, SPEC)
     return len(np.unique(labels))
 
@@ -46,6 +47,24 @@ def test_the_arc_of_a_circle_is_a_rim() -> None:
         turn = np.linspace(0.3, 2.5, int(2 * radius))
         circle = [322.0, 237.0] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         assert taken(circle) == 0
+
+
+def arc(radius: float, half: float) -> np.ndarray:
+    """So much of a circle to both sides of its highest place, which is 200 px above the distortion centre."""
+    turn = np.arange(-half, half) / radius
+    x, y = MODEL.center
+    return np.array([x, y - 200 + radius]) + radius * np.stack([np.sin(turn), -np.cos(turn)], 1)
+
+
+@pytest.mark.parametrize("radius", [400.0, 600.0])
+def test_an_arc_that_bends_less_than_a_rim_and_more_than_a_line_is_not_taken(radius: float) -> None:
+    assert taken(arc(radius, 60)) == 0
+
+
+@pytest.mark.parametrize("half", [60.0, 100.0])
+def test_the_rim_of_a_lens_that_bends_lines_as_much_is_not_taken(half: float) -> None:
+    """It lies 10 px off the distortion centre, and is straight under the model."""
+    assert taken(arc(210.0, half), lam=-0.9 / 200**2) == 0
 
 
 def test_the_straight_side_of_a_mask_is_a_rim() -> None:

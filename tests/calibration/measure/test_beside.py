@@ -61,3 +61,19 @@ def test_points_drawn_off_far_are_left_out() -> None:
     put, left = put_back(found, np.full(2, 2.8), FLAT, steep, np.full(2, 3.0))
     assert len(put.points) < len(found.points)
     assert len(left) == len(np.unique(put.labels))
+
+
+@pytest.mark.parametrize("turned", [50.0, 60.0, 75.0])
+def test_an_edge_that_crosses_draws_nothing_off(turned: float) -> None:
+    """It meets the other at a corner, and does not run beside it."""
+    upright, _ = measured(25.0, 1.0)
+    upright = upright.take(upright.labels == 0)
+    t, turn = np.arange(-60.0, 60.0), np.deg2rad(turned)
+    points = np.stack([96.3 + np.sin(turn) * t, SIZE / 2 + np.cos(turn) * t], axis=1)
+    n = len(points)
+    steep = np.full(n, upright.information.mean())
+    ones = np.ones(n)
+    crossing = Measured(points, np.ones(n, np.intp), ones, np.full((n, 2), 100.0), steep)
+    both = Measured.joined([upright, crossing], np.append(upright.labels, crossing.labels))
+    put, _ = put_back(both, np.full(2, WIDTH), FLAT, np.sqrt(both.information), np.full(2, 5.0))
+    np.testing.assert_allclose(put.points[put.labels == 0], upright.points, atol=0.02)

@@ -10,6 +10,7 @@ from scipy.special import ndtr
 
 from endocal.calibration.image.picture import Grey
 from endocal.calibration.measure.light import (
+    MOST_OFF,
     Light,
     fitted_drawn,
     out_of_the_light,
@@ -79,10 +80,23 @@ def test_the_change_of_light_is_told_by_the_bright_sides() -> None:
 
 def test_highlights_tell_nothing_of_it() -> None:
     lines = seen(1.0)
-    near = np.linalg.norm(lines.points - [180, 60], axis=1) < 25
+    near = np.linalg.norm(lines.points - [180, 60], axis=1) < 40
     lit = replace(lines, levels=lines.levels + np.where(near, 60.0, 0.0)[:, None])
     alone, with_it = (Light.of(m).change(lines.points) for m in (lines, lit))
-    assert np.abs(with_it - alone).max() < 0.2 * np.abs(alone).max()
+    # A tenth of the points, far brighter: counted in full they would change it by half.
+    assert np.abs(with_it - alone).max() < 0.05 * np.abs(alone).max()
+
+
+def test_where_hardly_any_light_is_left_it_draws_its_way_and_not_far() -> None:
+    lines = seen(1.0)
+    x, y = lines.points.T
+    lit = np.maximum(1 - 1.3 * ((x + 10) ** 2 + (y - 120) ** 2) / 270**2, 0.02)
+    dark = replace(lines, levels=lines.levels * [1, 0] + np.outer(200 * lit, [0, 1]))
+    mended = out_of_the_light(dark, drawn(2.0, False), FLAT, Light.of(dark))
+    moved = mended.points[:, 0] - x
+    # All to the right, away from the light, by no more than is believed of it.
+    assert moved.min() > 0
+    assert moved.max() < 1.01 * MOST_OFF
 
 
 def test_even_light_moves_nothing() -> None:
