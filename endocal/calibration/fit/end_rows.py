@@ -22,7 +22,8 @@ OFF_LINES, NEAR_END = 2.5, 12.0
 FEWEST_ENDS, NEAR_ROW = 6, 1.5
 # A measured row with this share of its points so near to those of lines, px, is one of these.
 AGAIN, MOST_AGAIN = 1.5, 0.3
-# No more rows than on a sheet of bars are looked for.
+# No more rows than a sheet of bars has are looked for: none of 55 showed more, and it bounds the work on what
+# is no sheet of bars.
 MOST_ROWS = 2
 
 
