@@ -246,7 +246,7 @@ def _sureness(calibration: Calibration, workings: Workings, placing: p.Html) -> 
     else:
         words = (
             "Both come from the lines themselves: how far what is left of them, as noisy and as alike from"
-            " one point to the next as it is, moves the result."
+            " one point to the next and from one line to the next as it is, moves the result."
         )
         ellipses = plots.ellipse(workings, model)
         shown.insert(

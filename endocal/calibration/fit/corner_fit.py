@@ -90,11 +90,8 @@ class _Rows:
     def off(self, params: Floats) -> Floats:
         """Return how far each corner lies from its row or column (m,), corrected, then scaled back, px."""
         d = self.corners - params[1:3]
-        q = np.einsum("ij,ij->i", d, d)
-        lam2 = params[3] if len(params) > 3 else 0.0
-        u = d / np.maximum(1 + q * (params[0] + q * lam2), 1e-3)[:, None]
-        scale = self._spacing(self.corners) / self._spacing(u)
-        u = u[self.index] * scale[self.board_of, None]
+        u = d / self._denominator(d, params)
+        u = u[self.index] * self._scale(u)[self.board_of, None]
         counts = np.bincount(self.line)
         x, y = (v - (np.bincount(self.line, v) / counts)[self.line] for v in u.T)
         sxx, syy, sxy = (np.bincount(self.line, v) for v in (x * x, y * y, x * y))
@@ -105,6 +102,20 @@ class _Rows:
         """How far, in mean squares of its board, a corner lies from its row or column at most."""
         spacing = self._spacing(self.corners)[self.board_of]
         return float(np.max(np.abs(self.off(params)) / spacing))
+
+    def scale(self, params: Floats) -> Floats:
+        """By how much corrected lengths are scaled back, (m,)."""
+        d = self.corners - params[1:3]
+        return self._scale(d / self._denominator(d, params))[self.board_of]
+
+    def _scale(self, u: Floats) -> Floats:
+        return self._spacing(self.corners) / self._spacing(u)
+
+    @staticmethod
+    def _denominator(d: Floats, params: Floats) -> Floats:
+        q = np.einsum("ij,ij->i", d, d)
+        lam2 = params[3] if len(params) > 3 else 0.0
+        return np.maximum(1 + q * (params[0] + q * lam2), 1e-3)[:, None]
 
     def _spacing(self, corners: Floats) -> Floats:
         """The mean distance of neighbours on each board."""
@@ -240,5 +251,16 @@ def _as_fit(rows: _Rows, params: Floats, prior: Prior) -> Fit:
     belief = (pull / np.array([np.inf, *prior.spread, np.inf])[free]) ** 2
     ones = np.ones(len(off))
     return Fit(
-        params, off, jacobian, free, belief, pull, np.empty(0), robust_sigma(off), np.inf, ones
+        params,
+        off,
+        jacobian,
+        free,
+        belief,
+        pull,
+        np.empty(0),
+        robust_sigma(off),
+        np.inf,
+        ones,
+        rows.corners[rows.index],
+        rows.scale(params),
     )

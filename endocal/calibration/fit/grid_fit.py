@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
+from scipy.sparse import csr_array
 
 from ..board.numbered import Numbered, numbered_lines
 from ..board.pencils import Pencils, pencils_through
@@ -21,7 +22,7 @@ from ..measure.growth import growth_columns, smooth_growth
 from ..measure.profiles import Measured
 from ..straightness import Floats, Labels, residuals
 from .line_places import LinePlaces
-from .plumb_line import ALIKE, Fit, robust_sigma
+from .plumb_line import ALIKE, Fit, Places, robust_sigma
 
 # Of all points so many tell where the lines run.
 ENOUGH_POINTS = 4000
@@ -83,7 +84,7 @@ def fit_grid(measured: Measured, view: Labels, fit: Fit, reach: float) -> Fit | 
         growth=grown,
         residuals=left,
         sigma=robust_sigma(left),
-        places=_places(near, grids, shares),
+        places=_places(near, grids, shares, few.labels, step),
     )
 
 
@@ -252,8 +253,8 @@ def _spread(squares: Floats, noise: Floats, usual: float) -> float:
     return float(np.sqrt(brentq(excess, 0.0, most)))
 
 
-def _places(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, Floats]:
-    """The residuals (q,) of the lines' places beside the grids, and their jacobian (q, u), as they weigh.
+def _places(near: _Near, grids: _Grids, shares: Floats, labels: Labels, step: int) -> Places:
+    """The residuals (q,) of the lines' places beside the grids, and what moves them, as they weigh.
 
     What the grids explain is taken off, and what is left enlarged by how far each place pulls its grid.
     """
@@ -264,13 +265,23 @@ def _places(near: _Near, grids: _Grids, shares: Floats) -> tuple[Floats, Floats]
         return np.asarray((moved * shares[:, None]).ravel())
 
     x = np.concatenate([near.y, np.zeros(grids.freedom)])
-    step = 1e-3 * np.sqrt(near.told.noise) * np.eye(len(x))
-    step[count:] *= 1e-3
-    jacobian = np.stack([(off(x + s) - off(x - s)) / (2 * s.max()) for s in step], axis=1)
+    ways = 1e-3 * np.sqrt(near.told.noise) * np.eye(len(x))
+    ways[count:] *= 1e-3
+    jacobian = np.stack([(off(x + s) - off(x - s)) / (2 * s.max()) for s in ways], axis=1)
     here = off(x)
     root = 1 / np.sqrt(1 + here**2 / (SOFTNESS**2 * near.told.noise))
     basis, sizes, _ = np.linalg.svd(root[:, None] * jacobian[:, count:], full_matrices=False)
     basis = basis[:, sizes > LEAST_SIZE * sizes[0]]
     own = root[:, None] * (jacobian[:, :count] @ near.told.root)
     own -= basis @ (basis.T @ own)
-    return root * here / np.sqrt(np.maximum(1 - np.sum(basis**2, axis=1), 0.1)), own
+    left = root * here / np.sqrt(np.maximum(1 - np.sum(basis**2, axis=1), 0.1))
+    # Two numbers of each line, in turn.
+    row = np.full(int(labels.max()) + 1, -1)
+    row[grids.lines.line] = np.arange(len(shares))
+    point = np.flatnonzero(row[labels] >= 0)
+    rows = 2 * row[labels[point]] + np.array([[0], [1]])
+    pulls = near.places.moved[:, point] * (root * np.repeat(shares, 2))[rows]
+    at = (rows.ravel(), np.tile(point, 2))
+    return Places(
+        left, own, csr_array((pulls.ravel(), at), shape=(len(root), len(labels))), step, basis
+    )

@@ -27,7 +27,8 @@ class LinePlaces:
     ``sums`` (n, 2, 3) times l: two independent numbers, in px times the root of ``mass`` (n,), the sum of the
     points' weights; their squares add up to those of the distances that the departure means, in px of the
     picture as it is. Growth takes off ``growth`` (n, 2, g) times how much there is of each of its columns.
-    ``normals`` (n, 2), ``offsets`` (n,) px: the best fit.
+    ``normals`` (n, 2), ``offsets`` (n,) px: the best fit. ``moved`` (2, m): how the two numbers of
+    its line grow as a point goes to the left, by px.
     """
 
     sums: Floats
@@ -35,6 +36,7 @@ class LinePlaces:
     mass: Floats
     normals: Floats
     offsets: Floats
+    moved: Floats
 
     @classmethod
     def of(
@@ -59,18 +61,20 @@ class LinePlaces:
         both_sides = two_sided(m.sides, m.labels)
         place = apart_from(both_sides, 1 / scale)
         turn = apart_from(place, apart_from(both_sides, along))
-        sums, growth = [], []
+        sums, growth, moved = [], [], []
         for column in (place, turn):
             unit = column / np.sqrt(np.maximum(total(weights * column**2), 1e-12))[m.labels]
             over = weights * unit
             sums.append([total(over * v / scale)[lines] for v in (*at.u.T, np.ones(len(scale)))])
             growth.append([total(over * c)[lines] for c in columns.T])
+            moved.append(over)
         return cls(
             np.array(sums).transpose(2, 0, 1),
             np.array(growth).reshape(2, -1, len(lines)).transpose(2, 0, 1),
             total(weights)[lines],
             own.normals[lines],
             own.offsets[lines],
+            np.array(moved),
         )
 
     def off(self, lines: Floats, grown: Floats) -> Floats:

@@ -39,9 +39,6 @@ CORRECTED_SOFTNESS = 2.0
 LEAST_SOFTNESS = 0.05
 # Residuals beyond this many softnesses of the fit are none of its lines'.
 OUTLYING = 3.0
-# What moves all edges of a picture smoothly (light, growth, sampling) passes for the lens: one standard
-# deviation, px, at the farthest points. On 59 boards with next to no noise it was 0.012.
-SMOOTH = 0.01
 
 
 @dataclass(frozen=True)
@@ -64,8 +61,6 @@ class Refined:
         fit, labels = self.corners or (self.fit, self.measured.labels)
         full = np.zeros((len(fit.params), len(fit.params)))
         full[np.ix_(fit.free, fit.free)] = covariance(fit, labels)
-        away = np.linalg.norm(self.measured.points - fit.params[1:3], axis=1).max()
-        full[0, 0] += (SMOOTH / away**3) ** 2
         return full
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.sparse import csr_array
 
 from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
 
@@ -40,6 +41,26 @@ class Prior:
 
 
 @dataclass(frozen=True)
+class Places:
+    """Where lines run beside a grid: ``residuals`` (q,) and ``jacobian`` (q, k + g), as those of a Fit.
+
+    ``pulls`` (q, m): by how much px a place moves as the points of its line, every ``step``-th of the Fit's,
+    go to the left by a px, but for what the grids follow of it: ``followed`` (q, r), orthonormal.
+    """
+
+    residuals: Floats
+    jacobian: Floats
+    pulls: csr_array
+    step: int
+    followed: Floats
+
+    def moved(self, left: Floats) -> Floats:
+        """How the residuals move, (q, c), as those points go to the left by ``left`` (m, c) px."""
+        pulled = np.asarray(self.pulls @ left)
+        return np.asarray(pulled - self.followed @ (self.followed.T @ pulled))
+
+
+@dataclass(frozen=True)
 class Fit:
     """A fit of (lam, cx, cy[, lam2]).
 
@@ -47,8 +68,9 @@ class Fit:
     the vector are ``free``, k of them, and by the columns of growth. ``belief`` (k + g,): what was believed
     beforehand adds so much to the sum of squares, px^2, for a unit that they are off, squared; one standard
     deviation adds ``pull`` px, squared. ``growth`` (g,): how much of each; ``sigma`` px: the robust standard
-    deviation; ``softness`` px, ``trust`` (m,): see fit_model. ``places``: the residuals (q,) and jacobian
-    (q, k + g) of where lines run beside a grid, where that told the model, too.
+    deviation; ``softness`` px, ``trust`` (m,): see fit_model. ``points`` (m, 2) px: whose residuals they are,
+    and ``scale`` (m,) how many px of residual a corrected px makes, where that is not as the picture has it.
+    ``places``: where that told the model, too, how lines run beside a grid.
     """
 
     params: Floats
@@ -61,7 +83,9 @@ class Fit:
     sigma: float
     softness: float
     trust: Floats
-    places: tuple[Floats, Floats] | None = None
+    points: Floats
+    scale: Floats | None = None
+    places: Places | None = None
 
 
 def robust_sigma(values: Floats) -> float:
@@ -151,7 +175,9 @@ def fit_model(
     spreads = np.array([np.inf, *prior.spread, np.inf])[free]
     belief = (pull / np.append(spreads, np.full(columns.shape[1], GROWTH_SPREAD))) ** 2
     grown = x[len(free) :]
-    return Fit(params(x), r, plain, free, belief, pull, grown, robust_sigma(r), softness, trust)
+    return Fit(
+        params(x), r, plain, free, belief, pull, grown, robust_sigma(r), softness, trust, points
+    )
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
