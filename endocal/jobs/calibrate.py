@@ -113,6 +113,9 @@ def _check_distinct(paths: Sequence[str | Path], images: Sequence[Picture]) -> N
     seen: dict[tuple[tuple[int, ...], str], str | Path] = {}
     for path, image in zip(paths, images, strict=True):
         grey = to_grey(image)
-        first = seen.setdefault((grey.shape, hashlib.sha256(grey.data).hexdigest()), path)
-        if first is not path:
-            raise InputError(f"{shown(path)}: the same picture as {shown(first)}: give it once")
+        pixels = grey.shape, hashlib.sha256(grey.data).hexdigest()
+        if pixels in seen:
+            raise InputError(
+                f"{shown(path)}: the same picture as {shown(seen[pixels])}: give it once"
+            )
+        seen[pixels] = path

@@ -10,6 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+from endocal.errors import InputError
+from endocal.jobs.calibrate import calibrate_files
+
 Runner = Callable[..., Any]
 
 SIZE = (320, 240)
@@ -116,6 +119,8 @@ def test_a_picture_given_twice(endocal: Runner, tmp_path: Path, noise: np.ndarra
     for twice in (picture, copy):
         result = endocal("calibrate", picture, twice, "-o", tmp_path / "cal.toml")
         assert f"{twice.name}: the same picture as" in result.fails(1)
+    with pytest.raises(InputError, match="the same picture as"):
+        calibrate_files([picture, picture])
 
 
 @pytest.mark.parametrize("kind", ["bmp", "tif"])
