@@ -83,7 +83,7 @@ def grid(n: int, step: int = 20) -> Measured:
     points.append(stray)
     labels.append(np.full(len(stray), len(labels)))
     sides.append(np.ones(len(stray)))
-    levels = np.tile([20.0, 200.0], (sum(map(len, points)), 1))
+    levels = np.tile([20.0, 200.0, 200.0], (sum(map(len, points)), 1))
     return Measured(
         np.concatenate(points),
         np.concatenate(labels),

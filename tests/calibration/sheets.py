@@ -74,7 +74,7 @@ def measured(
 ) -> Measured:
     """The points, labels and sides of lines, as if measured."""
     points, labels, sides = (np.concatenate(p) for p in zip(*parts, strict=True))
-    levels = rng.normal((40.0, 200.0), 5.0, (len(points), 2))
+    levels = rng.normal((40.0, 200.0, 210.0), 5.0, (len(points), 3))
     return Measured(points, labels, sides, levels, np.ones(len(points)))
 
 

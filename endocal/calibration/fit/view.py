@@ -13,6 +13,7 @@ import numpy as np
 from ..board.bars import bars_of
 from ..image.edges import EdgePoints
 from ..image.picture import Grey
+from ..measure.bent import out_of_the_bend
 from ..measure.light import Light, fitted_drawn, out_of_the_light, steepest_drawn
 from ..measure.matched import blurs, measure_matched
 from ..measure.own_rows import on_own_rows
@@ -83,6 +84,7 @@ def measured_again(
         return again
     blur = blurs(view.smooth, again, params)
     drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
+    again = out_of_the_bend(again, blur**2 + SMOOTHING**2, params)
     again = out_of_the_light(again, drawn, params, Light.of(again))
     return _on_own_rows(view, again, params)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
 
 # cv2.remap takes no more columns than a short can count.
 _COLUMNS = 4096
@@ -25,3 +26,15 @@ def sample(image: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[n
         borderMode=cv2.BORDER_REPLICATE,
     )
     return np.asarray(values, np.float32).reshape(-1)[: len(flat)].reshape(points.shape[:-1])
+
+
+def sample_smoothly(image: NDArray[np.float32], points: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return ``image`` (h, w) at ``points`` (..., 2) px, smoothed by a cubic B-spline: (...).
+
+    It is smoothed alike wherever a point lies between the pixels, by a variance of 1/3 px^2, and taken at the
+    very point: ``sample`` rounds to 1/32 px, and moves a sharp edge by up to 0.03 px to and fro. It takes ten
+    times as long.
+    """
+    at = points.reshape(-1, 2).T[::-1]
+    values = map_coordinates(image, at, np.float32, order=3, mode="nearest", prefilter=False)
+    return np.asarray(values).reshape(points.shape[:-1])

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..straightness import Floats, Labels
-from .courses import normals_of
-from .profiles import NEIGHBORS, Measured
+from .courses import leading, normals_of
+from .profiles import AVERAGED, Measured
 
 # Edges farther away than so many widths draw nothing off; those that turn from it by more than this cosine
 # meet it at a corner, and do not run beside it.
@@ -28,8 +28,6 @@ ROUNDS = 2
 # A steepest place is told by slopes one px to both sides being alike: as if the step were wider by this
 # variance, px^2.
 TOLD_BY = 1 / 3
-# Averaging so many profiles along an edge widens what lies beside it by this variance, px^2, along the edge.
-AVERAGED = (NEIGHBORS**2 - 1) / 12
 
 
 def put_back(
@@ -57,7 +55,7 @@ def _drawn_off(
     ``heights`` (n,): grey levels that the edges rise by; ``concerned``: the lines that others are near to.
     """
     off = np.zeros(len(lines.points))
-    bright = across * (_leading(lines, across) * lines.sides)[:, None]
+    bright = across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
     sign = np.einsum("ij,ij->i", bright, across)
     for _ in range(ROUNDS):
         places = lines.points - off[:, None] * across
@@ -70,15 +68,6 @@ def _drawn_off(
             )
         off = moved
     return off
-
-
-def _leading(lines: Measured, across: Floats) -> Floats:
-    """Signs (n,): +1 where ``across`` is the normal that sides are told by, the way of the points turned."""
-    steps = np.gradient(lines.points, axis=0)
-    count = int(lines.labels.max()) + 1
-    along = across[:, 1] * steps[:, 0] - across[:, 0] * steps[:, 1]
-    ahead = np.bincount(lines.labels, np.clip(along, -1, 1), count) >= 0
-    return np.where(ahead, 1.0, -1.0)[lines.labels]
 
 
 def _steepest(

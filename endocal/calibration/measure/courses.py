@@ -79,6 +79,14 @@ def normals_of(at: Floats, owner: Labels, points: Floats, labels: Labels, params
     return normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
+def leading(points: Floats, labels: Labels, across: Floats) -> Floats:
+    """Signs (n,): +1 where the normals ``across`` (n, 2) point to the left of the way that points go."""
+    steps = np.gradient(points, axis=0)
+    along = across[:, 1] * steps[:, 0] - across[:, 0] * steps[:, 1]
+    ahead = np.bincount(labels, np.clip(along, -1, 1)) >= 0
+    return np.where(ahead, 1.0, -1.0)[labels]
+
+
 def _departures(
     at: Floats, owner: Labels, points: Floats, labels: Labels, params: Floats
 ) -> Floats:

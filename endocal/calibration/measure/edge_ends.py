@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
 from ..straightness import Floats, Lines, Undistorted, fit_lines
-from .profiles import NEIGHBORS, Measured
+from .profiles import AVERAGED, Measured
 
 # Where the points of an edge end, the line that cuts it off crosses within so many widths of the last one,
 # and was itself measured within so many px and widths of the corner: widths times the cotangent of their
@@ -30,8 +30,6 @@ ASIDE, STEP = 1.6, 0.05
 FARTHEST = 5.0
 # What is drawn off by more than so many px is left out.
 MOST_OFF = 0.4
-# Averaging so many profiles along an edge widens its corners by this variance, px^2.
-AVERAGED = (NEIGHBORS**2 - 1) / 12
 
 
 @dataclass(frozen=True)

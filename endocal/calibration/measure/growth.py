@@ -19,7 +19,7 @@ def growth_columns(sides: Floats, levels: Floats, labels: Labels) -> Floats:
     """Return (n, k) columns whose combination is how far points seem to be moved, across their lines.
 
     ``sides`` (n,), +1 or -1: on which side of its line, ``labels`` (n,), a point is bright; ``levels`` (n,
-    2): the grey levels of its dark and bright side.
+    m): grey levels that it may depend on, of its dark and bright side and of the light there.
     """
     columns = []
     # On lines seen from both sides the mean growth is told apart from place and bend for each.

@@ -1,8 +1,9 @@
-"""Points put back on their edges from where light that falls off draws them: toward the lit middle.
+"""What light that falls off over a sheet does to edges, taken off: it draws them toward the lit middle.
 
 Light that changes by a share ``a`` of itself for each px, across an edge that the optics blurred by b before
 and that is smoothed by s after, moves its steepest place by a (2 b^2 + s^2) toward the light, whichever side
-of the edge is bright: lines seen from both sides do not tell. All lines then seem a little more bent.
+of the edge is bright: lines seen from both sides do not tell. All lines then seem a little more bent. And
+grey levels, read some px beside an edge, are higher on the side of the light, whatever the edge is.
 """
 
 from __future__ import annotations
@@ -13,44 +14,61 @@ import numpy as np
 from scipy.special import ndtr
 
 from ..straightness import Floats
-from .courses import normals_of
-from .profiles import BETWEEN, DIFFERENCES, SMOOTHING, Measured
+from .courses import leading, normals_of
+from .profiles import BESIDE, BETWEEN, DIFFERENCES, SMOOTHING, Measured
 from .step_edge import NARROWEST, WIDEST, WINDOW
 
-# The light is a parabola over the picture, fitted to the bright side of so many points in so many rounds;
-# what lies so many usual deviations beside it, as highlights do, counts ever less.
+# The light on a sheet falls off as a parabola, and a camera shows a power of it: one is fitted to the bright
+# side of so many points in so many rounds; what lies so many usual deviations beside it, as highlights do,
+# counts ever less. Another power must leave less by this share.
+POWERS, BETTER = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3), 0.98
 ENOUGH_POINTS, ROUNDS, SOFTNESS = 4000, 6, 2.0
+# Nearer than this to where the bright side changes, px, levels are those of both sides.
+CROSSING = 6.0
 # It is nowhere taken to be less than this share of what is usual, and draws nothing by more than so many px.
 DARKEST, MOST_OFF = 0.1, 0.2
 
 
 @dataclass(frozen=True)
 class Light:
-    """How bright a white sheet looks over the picture: a parabola.
+    """How bright a white sheet looks over the picture: a power of a parabola, ``usual`` times.
 
-    ``terms`` (6,), grey levels, of 1, x, y, x^2, x y and y^2 in units of ``size`` px from ``middle`` (2,); it
-    is nowhere taken to be less than ``least``.
+    ``terms`` (6,) of 1, x, y, x^2, x y and y^2 in units of ``size`` px from ``middle`` (2,); the parabola is
+    nowhere taken to be less than ``least``.
     """
 
     terms: Floats
     middle: Floats
     size: float
+    power: float
+    usual: float
     least: float
 
     @classmethod
     def of(cls, lines: Measured) -> Light:
         """Tell it from the bright sides of edges that are all of one sheet."""
-        middle = lines.points.mean(axis=0)
-        size = max(float(np.abs(lines.points - middle).max()), 1.0)
-        few = slice(None, None, max(1, len(lines.points) // ENOUGH_POINTS))
-        level, columns = lines.levels[few, 1], _columns((lines.points[few] - middle) / size)
-        weight = np.ones_like(level)
-        for _ in range(ROUNDS):
-            terms = np.linalg.lstsq(columns * weight[:, None], level * weight, rcond=None)[0]
-            off = np.abs(level - columns @ terms)
-            usual = max(float(np.median(off)) / 0.6745, 1.0)
-            weight = 1 / np.sqrt(1 + (off / (SOFTNESS * usual)) ** 2)
-        return cls(np.asarray(terms), middle, size, max(DARKEST * float(np.median(level)), 1.0))
+        away = lines.from_crossings()
+        clear = np.flatnonzero(away >= min(CROSSING, float(np.median(away))))
+        clear = clear[:: max(1, len(clear) // ENOUGH_POINTS)]
+        points, level = _bright_places(lines)[clear], lines.levels[clear, 1]
+        middle = points.mean(axis=0)
+        size = max(float(np.abs(points - middle).max()), 1.0)
+        usual = max(float(np.median(level)), 1.0)
+        columns, bright = _columns((points - middle) / size), np.maximum(level / usual, 0.0)
+        best, least_off = None, np.inf
+        for power in POWERS:
+            terms = _parabola(columns, bright ** (1 / power))
+            light = cls(terms, middle, size, power, usual, DARKEST ** (1 / power))
+            off = float(np.median(np.abs(light.level(points) - level)))
+            if best is None or off < BETTER * least_off:
+                best, least_off = light, off
+        assert best is not None
+        return best
+
+    def level(self, points: Floats) -> Floats:
+        """The grey level (n,) of a white sheet at ``points`` (n, 2) px."""
+        at = _columns((points - self.middle) / self.size)
+        return np.asarray(self.usual * np.maximum(at @ self.terms, self.least) ** self.power)
 
     def change(self, points: Floats) -> Floats:
         """By which share of itself it changes in a px of x and of y, (n, 2), at ``points`` (n, 2) px."""
@@ -58,12 +76,12 @@ class Light:
         x, y = at.T
         _, fx, fy, fxx, fxy, fyy = self.terms
         slopes = np.stack([fx + 2 * fxx * x + fxy * y, fy + fxy * x + 2 * fyy * y], axis=1)
-        level = np.maximum(_columns(at) @ self.terms, self.least)
-        return np.asarray(slopes / self.size / level[:, None])
+        parabola = np.maximum(_columns(at) @ self.terms, self.least)
+        return np.asarray(self.power * slopes / self.size / parabola[:, None])
 
 
 def out_of_the_light(lines: Measured, drawn: Floats, params: Floats, light: Light) -> Measured:
-    """Return the points with what light draws them off taken away.
+    """Return the points with what light draws them off taken away, and levels as in even light.
 
     ``drawn`` (count,) px^2: how far it draws those of each line, per share that it changes by in a px;
     ``params``: the model under which the lines run, see ``profiles.measure``.
@@ -71,12 +89,33 @@ def out_of_the_light(lines: Measured, drawn: Floats, params: Floats, light: Ligh
     across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
     off = np.einsum("ij,ij->i", light.change(lines.points), across) * drawn[lines.labels]
     off = np.clip(off, -MOST_OFF, MOST_OFF)
-    return replace(lines, points=lines.points - off[:, None] * across)
+    bright = BESIDE * across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
+    read = np.stack([light.level(lines.points + way) for way in (-bright, bright)], axis=1)
+    levels = np.column_stack([light.usual * lines.levels[:, :2] / read, light.level(lines.points)])
+    return replace(lines, points=lines.points - off[:, None] * across, levels=levels)
+
+
+def _bright_places(lines: Measured) -> Floats:
+    """Where the levels of the bright sides were read, (n, 2) px."""
+    x, y = np.gradient(lines.points, axis=0).T
+    length = np.maximum(np.hypot(x, y), 1e-9)
+    return lines.points + (BESIDE * lines.sides / length)[:, None] * np.stack([-y, x], axis=1)
 
 
 def _columns(at: Floats) -> Floats:
     x, y = at.T
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+
+
+def _parabola(columns: Floats, values: Floats) -> Floats:
+    """The terms (6,) that explain most of ``values`` (n,)."""
+    weight = np.ones_like(values)
+    for _ in range(ROUNDS):
+        terms = np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0]
+        off = np.abs(values - columns @ terms)
+        usual = max(float(np.median(off)) / 0.6745, 0.005)
+        weight = 1 / np.sqrt(1 + (off / (SOFTNESS * usual)) ** 2)
+    return np.asarray(terms)
 
 
 def steepest_drawn(blur: Floats, smoothing: Floats | float) -> Floats:

@@ -14,13 +14,22 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..image.picture import Grey
-from ..image.sampling import sample
+from ..image.sampling import sample_smoothly
 from ..straightness import Floats, Labels
+from .bent import out_of_the_bend
 from .beside import put_back
 from .courses import normals_of
 from .edge_ends import on_their_edges
 from .light import Light, out_of_the_light, steepest_drawn
-from .profiles import BETWEEN, DIFFERENCES, SMOOTHING, Measured, measure, smoothed
+from .profiles import (
+    BETWEEN,
+    DIFFERENCES,
+    SMOOTHING,
+    Measured,
+    measure,
+    smoothed,
+    usual_of,
+)
 
 # Smoothing over blur: noise then moves points 4 % farther than at the least, with a quarter less smoothing.
 OVER_BLUR = 1.7
@@ -37,6 +46,8 @@ ROOM = 3.2
 SPARSE, NEIGHBORS, ACROSS, TIGHTEST = 4, 24, 0.8, 0.1
 # Lines that turn from each other by more than this cosine meet at a corner, and do not run beside each other.
 ALONG = 0.9
+# A line's blur is told where its edge is steeper than this share of what is usual on it.
+STEEP = 0.85
 # A blur, px, is no narrower than what a pixel's own area makes of a sharp edge.
 SHARPEST = np.sqrt(1 / 12)
 
@@ -67,6 +78,7 @@ def measure_matched(
     told = whole.information * (size**5 / (size**2 + blur**2) ** 2)[whole.labels]
     steepness = np.sqrt(whole.information)
     whole = replace(whole, information=told)
+    whole = out_of_the_bend(whole, blur**2 + size**2, params)
     if light is not None:
         whole = out_of_the_light(whole, steepest_drawn(blur, size), params, light)
     whole, left = put_back(whole, widths[numbers], params, steepness, room[numbers])
@@ -78,13 +90,16 @@ def blurs(smooth: Grey, lines: Measured, params: Floats) -> Floats:
 
     The slope of a blurred step is a Gaussian: its means along a line, there and 1 px beside, tell its width.
     """
-    across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
+    count = int(lines.labels.max()) + 1
+    # Near a crossing at a slant an edge is narrower, and not as steep.
+    usual = usual_of(lines.information, lines.labels, count)[lines.labels]
+    steep = lines.information >= STEEP**2 * usual
+    across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)[steep]
     offsets = np.arange(-2.0, 3.0)
-    levels = sample(smooth, lines.points[:, None] + offsets[:, None] * across[:, None])
+    levels = sample_smoothly(smooth, lines.points[steep, None] + offsets[:, None] * across[:, None])
     slopes = (levels[:, 2:] - levels[:, :-2]).astype(np.float64)
     slopes *= np.sign(slopes[:, 1])[:, None]
-    count = int(lines.labels.max()) + 1
-    before, at, after = (np.bincount(lines.labels, column, count) for column in slopes.T)
+    before, at, after = (np.bincount(lines.labels[steep], column, count) for column in slopes.T)
     beside = np.clip((before + after) / 2 / np.maximum(at, 1e-9), 1e-3, 0.999)
     variance = -0.5 / np.log(beside) - DIFFERENCES - BETWEEN - SMOOTHING**2
     return np.sqrt(np.maximum(variance, SHARPEST**2))

@@ -14,19 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..image.picture import Grey
-from ..image.sampling import sample
+from ..image.sampling import sample_smoothly
 from ..straightness import Floats, Labels
 from .courses import Courses, courses
 from .step_edge import WIDEST, Steps, fit_steps
 
 # Smoothing of the picture before profiles are taken, px (sigma). And how many neighbouring profiles along a
-# line are averaged, with sign.
+# line are averaged, with sign: that widens what lies along the line by this variance, px^2.
 SMOOTHING = 1.2
 NEIGHBORS = 5
+AVERAGED = (NEIGHBORS**2 - 1) / 12
 # What taking differences over two px, and sampling between pixels, add to the variance of a blur, px^2.
-DIFFERENCES, BETWEEN = 1 / 3, 1 / 6
-# Where a model says that a line runs, its edge is sought up to so many px to both sides.
-REACH = 3
+DIFFERENCES, BETWEEN = 1 / 3, 1 / 3
+# Where a model says that a line runs, its edge is sought up to so many px to both sides; and so far beside
+# it, px, the levels of both its sides are read.
+REACH, BESIDE = 3, 4
 # A profile counts where its edge has this share of the line's usual strength, this quantile: it has less near
 # a crossing, and none between the ends of bars.
 LEAST_STRENGTH, USUAL = 0.4, 0.75
@@ -39,9 +41,9 @@ class Measured:
     """Edge points in order along their lines.
 
     ``points`` (n, 2) px; ``labels`` (n,) of their lines; ``sides`` (n,), +1 where the left is bright as one
-    goes along the line, -1 where the right is; ``levels`` (n, 2), grey levels of the dark and bright side;
-    ``information`` (n,): the inverse of the variance that white noise gives a point, but for a factor that
-    they share.
+    goes along the line, -1 where the right is; ``levels`` (n, 3), grey levels of the dark and bright side,
+    and of a white sheet there, as far as that is known; ``information`` (n,): the inverse of the variance
+    that white noise gives a point, but for a factor that they share.
     """
 
     points: Floats
@@ -54,7 +56,7 @@ class Measured:
     def none(cls) -> Measured:
         """No point at all."""
         return cls(
-            np.empty((0, 2)), np.empty(0, np.intp), np.empty(0), np.empty((0, 2)), np.empty(0)
+            np.empty((0, 2)), np.empty(0, np.intp), np.empty(0), np.empty((0, 3)), np.empty(0)
         )
 
     def take(self, chosen: NDArray[np.bool_]) -> Measured:
@@ -93,6 +95,19 @@ class Measured:
         new_line = np.diff(self.labels, prepend=-1) != 0
         return np.asarray(new_line | (np.diff(self.sides, prepend=0) != 0) | (steps > GAP))
 
+    def from_crossings(self) -> Floats:
+        """How far (n,) px points are, along their lines, from where the bright side changes; else inf."""
+        steps = np.linalg.norm(np.diff(self.points, axis=0, prepend=self.points[:1]), axis=1)
+        same_line = np.diff(self.labels, prepend=-1) == 0
+        after = np.flatnonzero(same_line & (np.diff(self.sides, prepend=0) != 0))
+        along = np.cumsum(steps)
+        at, line = (along[after] + along[after - 1]) / 2, self.labels[after]
+        away = np.full(len(along), np.inf)
+        for nearest in (-1, 0) if len(at) else ():
+            i = np.clip(np.searchsorted(at, along) + nearest, 0, len(at) - 1)
+            away = np.minimum(away, np.where(line[i] == self.labels, np.abs(along - at[i]), np.inf))
+        return away
+
     def thinned(self, most: int) -> Measured:
         """Return every second, third, … point, so that about ``most`` remain."""
         step = len(self.points) // most
@@ -123,22 +138,22 @@ def measure(
     along = courses(points, labels, params, follow)
     if len(along.at) == 0:
         return Measured.none()
-    reach = WIDEST if steps else REACH + 1
+    reach = WIDEST if steps else BESIDE
     offsets = np.arange(-reach, reach + 1, dtype=np.float64)
-    seen = sample(smooth, along.at[:, None] + offsets[:, None] * along.normals[:, None])
+    seen = sample_smoothly(smooth, along.at[:, None] + offsets[:, None] * along.normals[:, None])
     levels = _average_along(seen, along.owner)
     edges = fit_steps(levels, along.owner) if steps else _steepest(levels)
     strength = np.abs(edges.heights)
     usual = usual_of(strength, along.owner, int(labels.max()) + 1)
     good = edges.near & (strength > LEAST_STRENGTH * usual[along.owner])
     good &= _inside(along, edges.reach, smooth)
-    rows, looked = np.flatnonzero(good), edges.reach[good]
-    ends = np.stack([levels[rows, reach - looked], levels[rows, reach + looked]], axis=1)
+    ends = np.sort(levels[good][:, [reach - BESIDE, reach + BESIDE]], axis=1)
+    white = np.full(len(ends), np.median(ends[:, 1]) if len(ends) else 0.0)
     points = along.at[good] + edges.offsets[good, None] * along.normals[good]
     sides = np.sign(edges.heights[good])
     # The steeper an edge, the less noise moves it.
     told = strength[good] ** 2
-    return Measured(points, along.owner[good], sides, np.sort(ends, axis=1), told)
+    return Measured(points, along.owner[good], sides, np.column_stack([ends, white]), told)
 
 
 def _steepest(levels: Floats) -> Steps:

@@ -20,7 +20,7 @@ def with_line(m: Measured, x: np.ndarray, y: np.ndarray, side: float = 1.0) -> M
     points = sheet(x, y)
     n = len(points)
     sides = np.full(n, side)
-    more = Measured(points, np.zeros(n, np.intp), sides, np.full((n, 2), 100.0), np.ones(n))
+    more = Measured(points, np.zeros(n, np.intp), sides, np.full((n, 3), 100.0), np.ones(n))
     return Measured.joined([m, more], np.append(m.labels, np.full(n, m.labels.max() + 1)))
 
 

@@ -31,7 +31,7 @@ def bars(count: int, ends: float = 100.0, slant: float = 0.2) -> tuple[EdgePoint
     points = MODEL.distort(np.concatenate(sides))
     number = np.concatenate(labels)
     ones = np.ones(len(points))
-    measured = Measured(points, number, ones, np.zeros((len(points), 2)), ones)
+    measured = Measured(points, number, ones, np.zeros((len(points), 3)), ones)
     seen = MODEL.distort(np.concatenate(rounded))
     return EdgePoints(seen, np.tile([0.0, 1.0], (len(seen), 1))), measured
 

@@ -20,7 +20,7 @@ def measured(shift: float = 0.0) -> Measured:
     left = np.where(way[:, 1] * normals[:, 0] - way[:, 0] * normals[:, 1] > 0, -1.0, 1.0)
     points = points + shift * left[:, None] * normals
     sides = np.where(np.arange(len(points)) // 20 % 2, 1.0, -1.0)
-    return Measured(points, labels, sides, np.zeros((len(points), 2)), np.ones(len(points)))
+    return Measured(points, labels, sides, np.zeros((len(points), 3)), np.ones(len(points)))
 
 
 def places(

@@ -14,7 +14,7 @@ FLAT = np.array([0.0, 100.0, 100.0])
 SIZE = 200
 BLUR, SMOOTHED = 1.3, 1.2
 # A step as measured: blurred, smoothed, and what differences and sampling add.
-WIDTH = np.sqrt(BLUR**2 + SMOOTHED**2 + 1 / 2)
+WIDTH = np.sqrt(BLUR**2 + SMOOTHED**2 + 2 / 3)
 
 
 def strip(wide: float, far: float) -> tuple[np.ndarray, list[float]]:
@@ -73,7 +73,7 @@ def test_an_edge_that_crosses_draws_nothing_off(turned: float) -> None:
     n = len(points)
     steep = np.full(n, upright.information.mean())
     ones = np.ones(n)
-    crossing = Measured(points, np.ones(n, np.intp), ones, np.full((n, 2), 100.0), steep)
+    crossing = Measured(points, np.ones(n, np.intp), ones, np.full((n, 3), 100.0), steep)
     both = Measured.joined([upright, crossing], np.append(upright.labels, crossing.labels))
     put, _ = put_back(both, np.full(2, WIDTH), FLAT, np.sqrt(both.information), np.full(2, 5.0))
     np.testing.assert_allclose(put.points[put.labels == 0], upright.points, atol=0.02)

@@ -29,22 +29,22 @@ def light(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return 1 - 0.5 * ((x + 10) ** 2 + (y - 120) ** 2) / 270**2
 
 
-def picture(blur: float) -> Grey:
+def picture(blur: float, gamma: float = 1.0) -> Grey:
     y, x = np.mgrid[:SIZE, :SIZE].astype(float)
     stripes = sum(
         (-1) ** i * ndtr((x - at - SLANT * y) / blur / np.hypot(1, SLANT))
         for i, at in enumerate(AT)
     )
     board = np.where(y // BAND % 2 == 0, stripes, 1 - stripes)
-    return np.asarray(light(x, y) * (30 + 200 * board), np.float32)
+    return np.asarray(230 * (light(x, y) * (30 + 200 * board) / 230) ** (1 / gamma), np.float32)
 
 
-def seen(blur: float, steps: bool = False) -> Measured:
+def seen(blur: float, steps: bool = False, gamma: float = 1.0) -> Measured:
     """The edges of the picture, measured where they are."""
     y = np.arange(12.0, SIZE - 12)
     points = np.concatenate([np.stack([at + SLANT * y, y], axis=1) for at in AT])
     labels = np.repeat(np.arange(len(AT)), len(y))
-    m = measure(smoothed(picture(blur)), points, labels, FLAT, True, steps)
+    m = measure(smoothed(picture(blur, gamma)), points, labels, FLAT, True, steps)
     return m.take(np.abs(m.points[:, 1] % BAND - BAND / 2) < BAND / 2 - BESIDE)
 
 
@@ -78,6 +78,33 @@ def test_the_change_of_light_is_told_by_the_bright_sides() -> None:
     np.testing.assert_allclose(change, slopes / light(x, y)[:, None], atol=3e-4)
 
 
+@pytest.mark.parametrize("gamma", [1.0, 1.7, 2.4])
+def test_light_is_told_through_any_gamma(gamma: float) -> None:
+    """Where it falls by half, and a camera shows a power of that, which is no parabola."""
+    lines = seen(1.0, gamma=gamma)
+    found = Light.of(lines)
+    x, y = lines.points.T
+    slopes = np.stack([-(x + 10), -(y - 120)], axis=1) / 270**2
+    change = slopes / light(x, y)[:, None] / gamma
+    np.testing.assert_allclose(found.change(lines.points), change, atol=3e-4 / gamma)
+    np.testing.assert_allclose(
+        found.level(lines.points), 230 * light(x, y) ** (1 / gamma), rtol=0.02
+    )
+
+
+def test_levels_are_those_of_even_light() -> None:
+    """Read beside an edge they say where the light is, which draws edges of both kinds one way."""
+    lines = seen(1.0, gamma=2.0)
+    mended = out_of_the_light(lines, drawn(1.0, False), FLAT, Light.of(lines))
+    toward = np.sign(np.gradient(lines.points[:, 1])) * lines.sides  # the light is where x is less
+    for before, after in zip(lines.levels.T[:2], mended.levels.T[:2], strict=True):
+        lit, unlit = toward > 0, toward < 0
+        gap_before, gap_after = (v[lit].mean() - v[unlit].mean() for v in (before, after))
+        assert np.ptp(after) < 0.1 * np.ptp(before)
+        assert abs(gap_after) < 0.25 * abs(gap_before)
+    np.testing.assert_allclose(mended.levels[:, 2], 230 * light(*lines.points.T) ** 0.5, rtol=0.02)
+
+
 def test_highlights_tell_nothing_of_it() -> None:
     lines = seen(1.0)
     near = np.linalg.norm(lines.points - [180, 60], axis=1) < 40
@@ -91,7 +118,7 @@ def test_where_hardly_any_light_is_left_it_draws_its_way_and_not_far() -> None:
     lines = seen(1.0)
     x, y = lines.points.T
     lit = np.maximum(1 - 1.3 * ((x + 10) ** 2 + (y - 120) ** 2) / 270**2, 0.02)
-    dark = replace(lines, levels=lines.levels * [1, 0] + np.outer(200 * lit, [0, 1]))
+    dark = replace(lines, levels=lines.levels * [1, 0, 1] + np.outer(200 * lit, [0, 1, 0]))
     mended = out_of_the_light(dark, drawn(2.0, False), FLAT, Light.of(dark))
     moved = mended.points[:, 0] - x
     # All to the right, away from the light, by no more than is believed of it.
@@ -101,6 +128,7 @@ def test_where_hardly_any_light_is_left_it_draws_its_way_and_not_far() -> None:
 
 def test_even_light_moves_nothing() -> None:
     lines = seen(1.0)
-    even = replace(lines, levels=np.tile([30.0, 230.0], (len(lines.points), 1)))
+    even = replace(lines, levels=np.tile([30.0, 230.0, 230.0], (len(lines.points), 1)))
     mended = out_of_the_light(even, drawn(1.0, False), FLAT, Light.of(even))
     np.testing.assert_allclose(mended.points, lines.points, atol=1e-9)
+    np.testing.assert_allclose(mended.levels, even.levels)

@@ -40,7 +40,7 @@ def lines(at: list[float], gaps: bool = False) -> Measured:
     points = np.concatenate([np.stack([a + SLANT * t, t], axis=1) for a in at])
     labels = np.repeat(np.arange(len(at)), len(t))
     sides = np.where(labels % 2 == 0, 1.0, -1.0)
-    levels = np.tile([40.0, 140.0], (len(points), 1))
+    levels = np.tile([40.0, 140.0, 140.0], (len(points), 1))
     return Measured(points, labels, sides, levels, np.ones(len(points)))
 
 
