@@ -19,7 +19,7 @@ from ..errors import InputError, OutputError
 from .atomic import atomic_output
 from .decoder_words import damage_in, decoder_words
 from .names import PathLike, shown
-from .picture_header import SIGNATURE_BYTES, known_kind, read_header
+from .picture_header import SIGNATURE_BYTES, as_stored, known_kind, read_header
 
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
 
@@ -110,7 +110,7 @@ def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False)
     flags = cv2.IMREAD_UNCHANGED if keep_alpha else _READ
     try:
         with decoder_words() as words:
-            image: Any = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+            image: Any = cv2.imdecode(np.frombuffer(as_stored(data), np.uint8), flags)
     except (cv2.error, MemoryError):
         image = None
     damage = damage_in(words)

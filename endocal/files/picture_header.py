@@ -76,6 +76,18 @@ def known_kind(start: bytes) -> bool:
     return _reader(start) is not None
 
 
+def as_stored(data: bytes) -> bytes:
+    """A picture file's bytes, a TIFF's without its orientation: OpenCV turns a TIFF that has one, unasked."""
+    if data[:4] not in _TIFF_ORDER:
+        return data
+    order, big = _tiff_kind(data)
+    stored = bytearray(data)
+    for tag, kind, _, at in _tiff_entries(data):
+        if tag == _ORIENTATION and kind in _TIFF_TYPES:
+            struct.pack_into(order + _TIFF_TYPES[kind], stored, at + (12 if big else 8), 1)
+    return bytes(stored)
+
+
 def _reader(data: bytes) -> Callable[[bytes], PictureHeader] | None:
     if data.startswith(PNG):
         return _read_png
@@ -195,12 +207,8 @@ def _tiff_kind(data: bytes) -> tuple[str, bool]:
 def _tiff_tags(data: bytes) -> dict[int, tuple[int, ...]]:
     """Return the tags we know of a TIFF's first directory; EXIF data is a TIFF of its own."""
     order, big = _tiff_kind(data)
-    step = 20 if big else 12
-    first, count = next(_tiff_directories(data), (len(data), 1))
     tags: dict[int, tuple[int, ...]] = {}
-    for i in range(min(count, 4096)):
-        at = first + i * step
-        tag, kind, length = struct.unpack_from(order + ("HHQ" if big else "HHI"), data, at)
+    for tag, kind, length, at in _tiff_entries(data):
         letter = _TIFF_TYPES.get(kind)
         if tag not in _TAGS or not letter:
             continue
@@ -211,6 +219,15 @@ def _tiff_tags(data: bytes) -> dict[int, tuple[int, ...]]:
             (values,) = struct.unpack_from(order + ("Q" if big else "I"), data, values)
         tags[tag] = struct.unpack_from(f"{order}{length}{letter}", data, values)
     return tags
+
+
+def _tiff_entries(data: bytes) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the tags of a TIFF's first directory: number, type, how many values, and where the entry is."""
+    order, big = _tiff_kind(data)
+    first, count = next(_tiff_directories(data), (len(data), 1))
+    for i in range(min(count, 4096)):
+        at = first + i * (20 if big else 12)
+        yield (*struct.unpack_from(order + ("HHQ" if big else "HHI"), data, at), at)
 
 
 def _exif_orientation(exif: bytes) -> int:

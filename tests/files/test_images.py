@@ -115,6 +115,34 @@ def test_orientation_in_png_and_tiff() -> None:
     assert np.array_equal(upright(GREY, plain), GREY)
 
 
+def turned_tiff(image: np.ndarray, orientation: int) -> bytes:
+    """A TIFF whose directory, written anew at its end, has an orientation tag."""
+    plain = picture(".tif", image)
+    order = "<" if plain.startswith(b"II") else ">"
+    (start,) = struct.unpack_from(order + "I", plain, 4)
+    (count,) = struct.unpack_from(order + "H", plain, start)
+    entries = [plain[start + 2 + 12 * i :][:12] for i in range(count)]
+    entries = [e for e in entries if struct.unpack_from(order + "H", e)[0] != 274]
+    entries.append(struct.pack(order + "HHIHH", 274, 3, 1, orientation, 0))
+    entries.sort(key=lambda e: struct.unpack_from(order + "H", e)[0])
+    body = plain + b"\0" * (len(plain) % 2)
+    directory = struct.pack(order + "H", len(entries)) + b"".join(entries) + bytes(4)
+    return body[:4] + struct.pack(order + "I", len(body)) + body[8:] + directory
+
+
+@pytest.mark.parametrize("deep", [np.uint8, np.uint16])
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_tiff_is_kept_in_the_sensor_frame_too(orientation: int, deep: type) -> None:
+    image = np.repeat(np.linspace(0, 200, 64).astype(deep)[None], 32, axis=0)
+    image[:8, :16] = 255
+    tagged = turned_tiff(image, orientation)
+    stored = decode_image(tagged)
+    assert np.array_equal(stored, image)
+    shape = image.shape if orientation < 5 else image.shape[::-1]
+    assert upright(stored, tagged).shape == shape
+    assert read_header(tagged).orientation == orientation
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_the_pages_of_a_tiff_are_counted(count: int) -> None:
     pages = [np.full((12, 16), 60 * i, np.uint8) for i in range(count)]
