@@ -18,8 +18,10 @@ UNKNOWN_CENTER = 0.6
 # How far the centre lies from where it is believed to be, in standard deviations of that belief.
 ASTRAY, FAILED_ASTRAY = 3.0, 6.0
 WEAK_LAMBDA = 0.01
-# Lambda at least this many standard deviations from zero.
+# Lambda at least this many standard deviations from zero; one of them moves the farthest points by no less
+# than so many px: a drawing without any noise leaves no residuals to tell it by.
 SIGNIFICANT = 3.0
+FINEST = 0.001
 # Straightness, px of a 540-line frame, that noise and blur do not explain.
 ROUGH = 0.6
 FAILED_ROUGH = 2.5
@@ -136,7 +138,7 @@ def judge(e: Evidence) -> Quality:
         )
     if e.lam_sigma is not None:
         relative = e.lam_sigma / abs(e.lam) if e.lam else float("inf")
-        if abs(e.lam) < SIGNIFICANT * e.lam_sigma:
+        if abs(e.lam) < SIGNIFICANT * max(e.lam_sigma, FINEST / max(e.reach, 1.0) ** 3):
             doubts.append("the distortion is within its uncertainty of zero")
             if not e.board and (e.lines < FEW_LINES or e.explained < LITTLE_WITHOUT_BOARD):
                 failed.append(

@@ -28,6 +28,7 @@ def test_sound_evidence_is_good() -> None:
         ({"explained": 0.2, "board": False}, "is this a pattern"),
         ({"lam_sigma": 1e-7}, "weakly determined"),
         ({"lam_sigma": 1e-6}, "within its uncertainty of zero"),
+        ({"lam": -1e-17, "lam_sigma": 1e-43}, "within its uncertainty of zero"),  # a drawing
         ({"center_sigma": 4.0}, "centre is weakly determined (one standard deviation: 4.0 px)"),
         ({"center_sigma": 30.0}, "centre is weakly determined (it may be anywhere"),
         ({"fold_radius": 303.0}, "at its bound"),
