@@ -111,7 +111,10 @@ def _parabola(columns: Floats, values: Floats) -> Floats:
     """The terms (6,) that explain most of ``values`` (n,)."""
     weight = np.ones_like(values)
     for _ in range(ROUNDS):
-        terms = np.linalg.lstsq(columns * weight[:, None], values * weight, rcond=None)[0]
+        weighted = columns * weight[:, None]
+        # A parabola in such units is as well told by these, in a fraction of the time.
+        square, right = weighted.T @ weighted, weighted.T @ (values * weight)
+        terms = np.linalg.lstsq(square, right, rcond=None)[0]
         off = np.abs(values - columns @ terms)
         usual = max(float(np.median(off)) / 0.6745, 0.005)
         weight = 1 / np.sqrt(1 + (off / (SOFTNESS * usual)) ** 2)
