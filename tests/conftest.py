@@ -15,9 +15,13 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+from endocal.jobs.threads import limit_threads
 from tests.browser import NAMES, Browser
 
 ROOT = Path(__file__).resolve().parent.parent
+
+# Before numpy is loaded: as a command does, and so that two workers do not wait for each other's threads.
+limit_threads(0)
 
 # No deadline: a machine under load is no failure. The same examples each time, so that CI repeats itself.
 hypothesis.settings.register_profile("endocal", deadline=None, derandomize=True)

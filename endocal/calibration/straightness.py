@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,21 +108,78 @@ def residuals(
     is fitted for each line along with its place and direction. ``growth`` (m,) px, to the left as the points
     of a line go, is taken off as given; for it the points must come line after line.
     """
-    count = int(labels.max()) + 1
-    weights = np.ones(len(points)) if weights is None else weights
-    at = Undistorted.of(points, params)
-    total = Totals(labels, count)
-    first = fit_lines_by(at.u, labels, weights * at.denominator**2, total)
-    normals = first.normals.T.take(labels, axis=1).T
-    scale = at.scale(normals)
-    distance = (np.einsum("ij,ij->i", normals, at.u) - first.offsets.take(labels)) / scale
-    if growth is not None:
-        distance = distance - growth * leftward(points, labels, first.normals)[labels]
-    along = (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale
-    columns = [1 / scale, along]
-    if sides is not None:
-        columns.append(two_sided(sides, labels))
-    return _without(distance, columns, labels, total, weights)
+    return PointsOnLines(points, labels, weights, sides).under(params).residuals(growth)
+
+
+class PointsOnLines:
+    """Points of which each belongs to a line, to be seen under one model after the other.
+
+    Arguments are those of ``residuals``.
+    """
+
+    def __init__(
+        self,
+        points: Floats,
+        labels: Labels,
+        weights: Floats | None = None,
+        sides: Floats | None = None,
+    ) -> None:
+        self._points, self._labels = np.asfortranarray(points), labels
+        self._weights = np.ones(len(points)) if weights is None else weights
+        self._two_sided = None if sides is None else two_sided(sides, labels)
+        self._total = Totals(labels, int(labels.max()) + 1)
+
+    def under(self, params: Floats) -> OnLines:
+        """Fit a line to the points of each under ``params``, and see the points from there."""
+        labels, total = self._labels, self._total
+        at = Undistorted.of(self._points, params)
+        lines = fit_lines_by(at.u, labels, self._weights * at.denominator**2, total)
+        normals = lines.normals.T.take(labels, axis=1).T
+        scale = at.scale(normals)
+        distance = (np.einsum("ij,ij->i", normals, at.u) - lines.offsets.take(labels)) / scale
+        columns = [1 / scale, (normals[:, 1] * at.u[:, 0] - normals[:, 0] * at.u[:, 1]) / scale]
+        if self._two_sided is not None:
+            columns.append(self._two_sided)
+        own = _Eliminated.of(columns, labels, total, self._weights)
+        return OnLines(at, normals, distance, own)
+
+
+@dataclass(frozen=True)
+class OnLines:
+    """Points (m, 2) under a model, seen from the lines fitted to them; see ``residuals``.
+
+    ``normals`` (m, 2): those of their lines; ``distance`` (m,) px in the distorted picture; ``own``: what is
+    fitted to each line apart.
+    """
+
+    at: Undistorted
+    normals: Floats
+    distance: Floats
+    own: _Eliminated
+
+    @cached_property
+    def left(self) -> Floats:
+        """Signs (m,): +1 where the normal is to the left of the way that the points of the line go.
+
+        For it the points must come line after line.
+        """
+        labels = self.own.labels
+        firsts = np.searchsorted(labels, np.arange(self.own.total.count))
+        return leftward(self.at.d, labels, self.normals[firsts])[labels]
+
+    def residuals(self, growth: Floats | None = None) -> Floats:
+        """How far (m,) px the points are from their lines; ``growth`` (m,) px as in ``residuals``."""
+        off = self.distance
+        if growth is not None and growth.any():
+            off = off - growth * self.left
+        return self.own.without(off)
+
+    def by_growth(self, columns: Floats) -> Floats:
+        """The derivatives (m, g) of the residuals by how much there is of growths, ``columns`` (m, g) px."""
+        if columns.shape[1] == 0:
+            return columns
+        grown = -self.left * columns.T
+        return np.stack([self.own.without(column) for column in grown], axis=1)
 
 
 def leftward(points: Floats, labels: Labels, normals: Floats) -> Floats:
@@ -141,25 +199,42 @@ def two_sided(sides: Floats, labels: Labels) -> Floats:
     return np.where(np.abs(share - 0.5) < 0.4, 1.0, 0.0)[labels] * sides
 
 
-def _without(
-    values: Floats, columns: Sequence[Floats], labels: Labels, total: Totals, weights: Floats
-) -> Floats:
-    """What is left of ``values`` (m,) when ``columns``, k of (m,), are fitted to it on each line apart."""
-    k = len(columns)
-    normal = np.empty((total.count, k, k))
-    right = np.empty((total.count, k))
-    for i, column in enumerate(columns):
-        weighted = weights * column
-        right[:, i] = total(weighted * values)
-        for j in range(i + 1):
-            normal[:, i, j] = normal[:, j, i] = total(weighted * columns[j])
-    # A column of zeros, or a line of one point, takes nothing away.
-    diagonal = np.einsum("lii->li", normal)
-    diagonal += 1e-9 * diagonal + 1e-12
-    fitted = np.linalg.solve(normal, right[..., None])[..., 0]
-    for i, column in enumerate(columns):
-        values = values - column * fitted[:, i].take(labels)
-    return values
+@dataclass(frozen=True)
+class _Eliminated:
+    """Columns, k of (m,), that are fitted to values on each line apart, by points of these ``weights`` (m,).
+
+    ``inverse`` (count, k, k): that of the lines' normal equations.
+    """
+
+    columns: Sequence[Floats]
+    weighted: Sequence[Floats]
+    inverse: Floats
+    labels: Labels
+    total: Totals
+
+    @classmethod
+    def of(
+        cls, columns: Sequence[Floats], labels: Labels, total: Totals, weights: Floats
+    ) -> _Eliminated:
+        k = len(columns)
+        weighted = [weights * column for column in columns]
+        normal = np.empty((total.count, k, k))
+        for i in range(k):
+            for j in range(i + 1):
+                normal[:, i, j] = normal[:, j, i] = total(weighted[i] * columns[j])
+        # A column of zeros, or a line of one point, takes nothing away.
+        diagonal = np.einsum("lii->li", normal)
+        diagonal += 1e-9 * diagonal + 1e-12
+        inverse = np.asarray(np.linalg.inv(normal), np.float64)
+        return cls(columns, weighted, inverse, labels, total)
+
+    def without(self, values: Floats) -> Floats:
+        """What is left of ``values`` (m,) once the columns are fitted to it."""
+        right = np.stack([self.total(column * values) for column in self.weighted], axis=1)
+        fitted = np.einsum("lij,lj->li", self.inverse, right)
+        for i, column in enumerate(self.columns):
+            values = values - column * fitted[:, i].take(self.labels)
+        return values
 
 
 class Totals:

@@ -11,6 +11,9 @@ _INTERRUPTED = 130
 def main() -> None:
     """Run the process's own command line and exit."""
     try:
+        from ..jobs.threads import limit_threads
+
+        limit_threads(0)
         from .app import main as run
 
         run()

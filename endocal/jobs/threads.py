@@ -6,7 +6,7 @@ import os
 
 # Each is read once, when its library is loaded: PoCL's devices and OpenCV's loops.
 _SETTINGS = ("POCL_MAX_PTHREAD_COUNT", "OPENCV_FOR_THREADS_NUM")
-# NumPy's linear algebra, which a correction uses for little: starting its threads costs more than it gains.
+# NumPy's linear algebra, which no job uses for much at once: its threads cost more than they gain.
 _ALGEBRA = "OPENBLAS_NUM_THREADS"
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from endocal.calibration.straightness import Undistorted, residuals
+from endocal.calibration.straightness import PointsOnLines, Undistorted, residuals
 from endocal.model import DivisionModel
 
 from .scenes import TRUTH, line_points
@@ -64,3 +64,16 @@ def test_the_order_of_points_does_not_matter() -> None:
     other = residuals(points[shuffled], labels[shuffled], off)
     np.testing.assert_allclose(one[np.argsort(ordered)], other[np.argsort(shuffled)], atol=1e-9)
     assert np.abs(one).max() > 0.1
+
+
+def test_the_derivatives_by_growth_are_those_of_the_residuals() -> None:
+    rng = np.random.default_rng(3)
+    points, labels, _ = line_points(TRUTH, count=6, each=40)
+    points = points + rng.normal(0, 0.1, points.shape)
+    columns = rng.normal(0, 1, (len(points), 2))
+    seen = PointsOnLines(points, labels, sides=rng.choice([-1.0, 1.0], len(points))).under(TRUTH)
+    slopes = seen.by_growth(columns)
+    for column, slope in zip(columns.T, slopes.T, strict=True):
+        expected = seen.residuals(column) - seen.residuals(np.zeros(len(points)))
+        np.testing.assert_allclose(slope, expected, atol=1e-12)
+        assert np.abs(slope).max() > 0.5

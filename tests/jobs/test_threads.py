@@ -35,6 +35,16 @@ def test_the_environment_goes_first_and_zero_sets_nothing() -> None:
     assert threads_of(code.format(0)) == "None"
 
 
+def test_a_command_lets_linear_algebra_use_one() -> None:
+    code = """
+import os, sys, endocal.cli.app
+endocal.cli.app.main = lambda: print(os.environ["OPENBLAS_NUM_THREADS"], "numpy" in sys.modules)
+from endocal.cli.entry import main
+main()"""
+    assert threads_of(code) == "1 False"
+    assert threads_of(code, OPENBLAS_NUM_THREADS="2") == "2 False"
+
+
 @pytest.mark.parametrize("count", [-1, 257, 99999])
 def test_more_threads_than_the_libraries_bear_are_refused(count: int) -> None:
     with pytest.raises(UsageError, match=f"--threads {count}: it is 1 to 256, or 0 for by cores"):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.sparse import csr_array
 
-from ..straightness import LEAST_DENOMINATOR, Floats, Labels, residuals
+from ..straightness import LEAST_DENOMINATOR, Floats, Labels, OnLines, PointsOnLines
 
 # How far bright areas may seem to grow, px by unit of a column: one standard deviation of what is believed
 # beforehand.
@@ -20,6 +21,8 @@ ALIKE = 6
 PULL = 0.5 * np.sqrt(ALIKE)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
+# The step that slopes by the model's parameters are told by, in units of the solver's variables.
+STEP = 1e-6
 # A residual beyond so many standard deviations, of so many px at least, is none of its line's.
 OUTLYING, LEAST_SIGMA = 5.0, 0.02
 
@@ -121,12 +124,13 @@ def fit_model(
     the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted.
     """
     trust = np.ones(len(points)) if trust is None else trust
-    root = np.sqrt(trust)
+    columns = np.empty((len(points), 0)) if growth is None else growth
     free = [i for i in range(len(start)) if not (held or (prior.fixed and i in (1, 2)))]
     unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
-    pull = softness * PULL
-    weights = trust
-    columns = np.empty((len(points), 0)) if growth is None else growth
+    root, pull = np.sqrt(trust), softness * PULL
+    first = PointsOnLines(points, labels, trust, sides).under(start).residuals()
+    weights = trust / (1 + trust * (first / softness) ** 2)
+    lines = PointsOnLines(points, labels, weights, sides)
 
     def params(x: Floats) -> Floats:
         out = start.copy()
@@ -135,30 +139,40 @@ def fit_model(
             out[3] = np.clip(out[3], *second_range(out[0], monotonic))
         return out
 
-    def misfit(x: Floats) -> Floats:
-        at = params(x)
-        grown = x[len(free) :]
-        beliefs = list(grown / GROWTH_SPREAD)
-        if not prior.fixed:
-            beliefs += list((at[1:3] - prior.center) / np.array(prior.spread))
-        r = residuals(points, labels, at, weights, sides, columns @ grown if len(grown) else None)
-        return np.concatenate([root * r, pull * np.array(beliefs)])
+    # The solver asks for slopes where it has just asked for residuals.
+    @lru_cache(maxsize=1)
+    def seen(*params: float) -> OnLines:
+        return lines.under(np.array(params))
 
-    n = len(points)
+    def residuals(x: Floats) -> Floats:
+        return seen(*params(x)).residuals(columns @ x[len(free) :])
+
+    def slopes(x: Floats) -> Floats:
+        here, by_growth = residuals(x), seen(*params(x)).by_growth(columns)
+        ways = STEP * np.eye(len(x))[: len(free)]
+        by_model = [(residuals(x + way) - here) / STEP for way in ways]
+        return np.concatenate([np.reshape(by_model, (-1, len(here))).T, by_growth], axis=1)
+
+    units = np.append(unit, np.ones(columns.shape[1]))
+    spread = [np.inf, *prior.spread, np.inf]
+    spreads = np.append(np.array(spread)[free], np.full(columns.shape[1], GROWTH_SPREAD)) / units
+    believed = np.zeros(len(units))
+    believed[: len(free)] = (np.array([0.0, *prior.center, 0.0])[: len(start)] - start)[free] / unit
 
     def loss(z: Floats) -> Floats:
         """Cauchy's for residuals, squares for beliefs: a far one counts in full."""
+        n = len(points)
         rho = np.stack([z, np.ones_like(z), np.zeros_like(z)])
         weight = 1 / (1 + z[:n])
         rho[:, :n] = np.log1p(z[:n]), weight, -(weight**2)
         return rho
 
-    x = np.zeros(len(free) + columns.shape[1])
-    weights = trust / (1 + (misfit(x)[:n] / softness) ** 2)
+    x = np.zeros(len(units))
     if len(x):
         x = least_squares(
-            misfit,
+            lambda x: np.append(root * residuals(x), pull * (x - believed) / spreads),
             x,
+            jac=lambda x: np.concatenate([root[:, None] * slopes(x), np.diag(pull / spreads)]),
             method="trf",
             loss=loss,
             f_scale=softness,
@@ -168,16 +182,11 @@ def fit_model(
             ftol=1e-9,
             max_nfev=rounds,
         ).x
-    r = misfit(x)[:n] / root
-    # The solver's Jacobian is scaled by its loss; the sandwich of ``uncertainty`` needs the plain one.
-    slopes = np.array([_slope(misfit, x, i)[:n] / root for i in range(len(x))]).reshape(len(x), n)
-    plain = slopes.T / np.append(unit, np.ones(columns.shape[1]))
-    spreads = np.array([np.inf, *prior.spread, np.inf])[free]
-    belief = (pull / np.append(spreads, np.full(columns.shape[1], GROWTH_SPREAD))) ** 2
-    grown = x[len(free) :]
-    return Fit(
-        params(x), r, plain, free, belief, pull, grown, robust_sigma(r), softness, trust, points
-    )
+    r = residuals(x)
+    belief = (pull / (spreads * units)) ** 2
+    grown, sigma = x[len(free) :], robust_sigma(r)
+    plain = slopes(x) / units
+    return Fit(params(x), r, plain, free, belief, pull, grown, sigma, softness, trust, points)
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
@@ -207,10 +216,3 @@ def second_range(lam: float, radius: float) -> tuple[float, float]:
     low = (LEAST_DENOMINATOR - 1 - lam * q) / q**2
     high = (1 - LEAST_DENOMINATOR - lam * q) / (3 * q**2)
     return float(low.max()), float(high.min())
-
-
-def _slope(function, x: Floats, i: int, step: float = 1e-4) -> Floats:  # type: ignore[no-untyped-def]
-    ahead, behind = x.copy(), x.copy()
-    ahead[i] += step
-    behind[i] -= step
-    return (function(ahead) - function(behind)) / (2 * step)

@@ -16,6 +16,8 @@ FRAME_MARGIN = 6
 # Darker than this share of the way from black to bright, and joined to a corner of the frame: surround. A
 # circle leaves the corners dark; the dark parts of a pattern end at the frame's sides, hardly ever there.
 SURROUND_LEVEL = 0.05
+# It is told on a picture of at most so many pixels.
+SAMPLED_PIXELS = 2_500_000
 # What counts as a corner, as a share of the sides.
 CORNER = 0.02
 
@@ -76,15 +78,18 @@ def _inside(
 
 def _off_surround(grey: Grey, margin: int) -> Mask:
     """Everything at least ``margin`` px away from the dark that touches a corner of the frame."""
-    smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
+    step = int(np.ceil(np.sqrt(grey.size / SAMPLED_PIXELS)))
+    smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)[::step, ::step]
     black, bright = np.quantile(smooth[::4, ::4], [0.005, 0.95])
     dark = (smooth < black + max(4.0, SURROUND_LEVEL * (bright - black))).astype(np.uint8)
     _, labels = cv2.connectedComponents(dark, connectivity=4)
-    high, wide = (max(2, round(CORNER * side)) for side in grey.shape)
+    high, wide = (max(2, round(CORNER * side)) for side in smooth.shape)
     ends = np.concatenate([labels[:high], labels[-high:]])
     touching = np.zeros(int(labels.max()) + 1, bool)
     touching[np.unique(np.concatenate([ends[:, :wide], ends[:, -wide:]]))] = True
     touching[0] = False
     surround: NDArray[np.uint8] = touching[labels].astype(np.uint8)
     distance = cv2.distanceTransform(1 - surround, cv2.DIST_L2, 3)
-    return np.asarray(distance > margin, bool)
+    off = (step * distance > margin).astype(np.uint8)
+    h, w = grey.shape
+    return off.repeat(step, axis=0).repeat(step, axis=1)[:h, :w].astype(bool)

@@ -21,8 +21,9 @@ Mask = NDArray[np.bool_]
 # Two fields that lie further apart than this, in px, are measured one by one; nearer ones blur an edge
 # evenly to both sides and lose nothing together.
 COMB_SHIFT = 0.2
-# Of larger pictures, so many pixels tell what a strong edge is.
-SAMPLED_PIXELS = 2_500_000
+# Of larger pictures, so many pixels tell how far their fields lie apart: bands of so many rows, an even
+# number.
+SAMPLED_PIXELS, BAND = 2_500_000, 32
 # A frame below this many px a side holds no line worth measuring.
 SMALLEST = 64
 
@@ -94,27 +95,35 @@ def field_shift(grey: Grey) -> float:
     Only where a strong vertical edge makes the shift plain; rows of both parities are compared with the
     mean of the rows above and below them, so that a slanted edge adds nothing.
     """
-    smooth = cv2.blur(grey, (3, 1))
-    rows = smooth[1:-1]
-    between = smooth[:-2] + smooth[2:]
+    smooth = _bands(np.asarray(cv2.blur(grey, (3, 1)), np.float32))
+    rows = smooth[:, 1:-1]
+    between = smooth[:, :-2] + smooth[:, 2:]
     between *= 0.5
     middle = rows + between
     middle *= 0.5
     slope = np.zeros(rows.shape, np.float32)
-    np.subtract(middle[:, 2:], middle[:, :-2], out=slope[:, 1:-1])
+    np.subtract(middle[..., 2:], middle[..., :-2], out=slope[..., 1:-1])
     slope *= 0.5
     size = np.abs(slope, out=middle)
-    step = max(1, round(np.sqrt(size.size / SAMPLED_PIXELS)))
-    least = max(4.0, 0.5 * float(np.percentile(size[::step, ::step], 98)))
-    strong = np.flatnonzero(size > least)
-    slopes = slope.ravel()[strong]
+    least = max(4.0, 0.5 * float(np.percentile(size, 98)))
+    strong = np.nonzero(size > least)
+    slopes = slope[strong]
     weight = float((slopes**2).sum())
     if weight == 0:
         return 0.0
-    difference = rows.ravel()[strong] - between.ravel()[strong]
-    # For even rows the neighbours are the odd field; the first row here is the picture's second.
-    difference[strong // rows.shape[1] % 2 == 1] *= -1
+    difference = rows[strong] - between[strong]
+    # For even rows the neighbours are the odd field; the first row of a band here is its second.
+    difference[strong[1] % 2 == 1] *= -1
     return -float((difference * slopes).sum()) / weight
+
+
+def _bands(grey: Grey) -> Grey:
+    """The picture as one band of rows, (1, h, w); a large one as some of its bands, (b, BAND, w)."""
+    if grey.size <= SAMPLED_PIXELS:
+        return grey[None]
+    h, w = grey.shape
+    bands = grey[: h // BAND * BAND].reshape(-1, BAND, w)
+    return bands[:: -(-grey.size // SAMPLED_PIXELS)]
 
 
 def _line_doubled(grey: Grey, parity: int) -> Grey:

@@ -69,6 +69,14 @@ def test_fields_taken_apart_are_seen_and_split(shift: float) -> None:
     assert abs(field_shift(even)) < 0.05
 
 
+def test_bands_of_a_large_picture_tell_as_much_as_all_of_it() -> None:
+    drawn = render_board(board(comb=(1.0, 0.0), lam=0.0, center=(319.5, 239.5)))
+    grey = to_grey(drawn)
+    # An odd number of rows, as many as no band has.
+    large = np.pad(np.tile(grey, (5, 5)), ((0, 3), (0, 0)), mode="edge")
+    assert field_shift(large) == pytest.approx(field_shift(grey), rel=0.05)
+
+
 def test_a_progressive_noisy_picture_stays_whole() -> None:
     grey = to_grey(render_board(board(noise=10.0)))
     assert abs(field_shift(grey)) < 0.1
@@ -120,6 +128,17 @@ def test_rim_surround_and_frame_are_no_scene() -> None:
     assert mask[radius < 180].mean() > 0.95
     # Without the circle the dark around it tells the same.
     assert not content_mask(grey, None)[radius > 199].any()
+
+
+def test_the_surround_of_a_large_picture_is_told_as_well() -> None:
+    y, x = np.mgrid[0:2101, 0:2803]
+    radius = np.hypot(x - 1400, y - 1050)
+    grey = np.where(radius < 900, 150, 5).astype(np.float32)
+    mask = content_mask(grey, None)
+    margin = 0.015 * 2101
+    assert mask.shape == grey.shape
+    assert mask[radius < 900 - margin - 6].all()
+    assert not mask[radius > 900 - margin + 6].any()
 
 
 def test_what_lies_before_a_black_background_is_beyond_the_content() -> None:
