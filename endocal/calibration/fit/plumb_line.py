@@ -22,7 +22,7 @@ PULL = 0.5 * np.sqrt(ALIKE)
 # Lambda times the squared reach of the points stays within these: beyond, the points would lie past the fold.
 LAMBDA_RANGE = (-3.0, 2.0)
 # The step that slopes by the model's parameters are told by, in units of the solver's variables.
-STEP = 1e-6
+STEP = np.sqrt(np.finfo(np.float64).eps)
 # A residual beyond so many standard deviations, of so many px at least, is none of its line's.
 OUTLYING, LEAST_SIGMA = 5.0, 0.02
 
@@ -149,8 +149,9 @@ def fit_model(
 
     def slopes(x: Floats) -> Floats:
         here, by_growth = residuals(x), seen(*params(x)).by_growth(columns)
-        ways = STEP * np.eye(len(x))[: len(free)]
-        by_model = [(residuals(x + way) - here) / STEP for way in ways]
+        steps = STEP * np.where(x < 0, -1.0, 1.0) * np.maximum(np.abs(x), 1.0)
+        ways = np.diag(steps)[: len(free)]
+        by_model = [(residuals(x + way) - here) / way.sum() for way in ways]
         return np.concatenate([np.reshape(by_model, (-1, len(here))).T, by_growth], axis=1)
 
     units = np.append(unit, np.ones(columns.shape[1]))

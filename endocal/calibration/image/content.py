@@ -90,6 +90,6 @@ def _off_surround(grey: Grey, margin: int) -> Mask:
     touching[0] = False
     surround: NDArray[np.uint8] = touching[labels].astype(np.uint8)
     distance = cv2.distanceTransform(1 - surround, cv2.DIST_L2, 3)
-    off = (step * distance > margin).astype(np.uint8)
+    off = (distance > margin / step).astype(np.uint8)
     h, w = grey.shape
     return off.repeat(step, axis=0).repeat(step, axis=1)[:h, :w].astype(bool)
