@@ -70,12 +70,17 @@ def render_board(scene: BoardScene) -> Picture:
     rng = np.random.default_rng(scene.seed)
     camera, model = scene.camera, scene.model
     background = _cloudy_background(scene, rng)
+
+    def seen(shift: tuple[float, float]) -> Light:
+        light = board_light(scene, background, shift)
+        return camera.focus(light, scene.circle, model.pixel_aspect)
+
     if scene.comb == (0.0, 0.0):
-        light = camera.focus(board_light(scene, background))
+        light = seen((0.0, 0.0))
     else:
         dx, dy = scene.comb[0] / 2, scene.comb[1] / 2
-        light = camera.focus(board_light(scene, background, (-dx, -dy)))
-        light[1::2] = camera.focus(board_light(scene, background, (dx, dy)))[1::2]
+        light = seen((-dx, -dy))
+        light[1::2] = seen((dx, dy))[1::2]
     level = camera.expose(light, scene.circle, model.pixel_aspect, rng)
     picture = to_grey_levels(level)
     for item in scene.overlays:

@@ -1,4 +1,4 @@
-"""From light to the recorded picture: blur, field stop, vignetting, gamma, noise, JPEG."""
+"""From light to the recorded picture: vignetting, blur, gamma, field stop, noise, JPEG."""
 
 from __future__ import annotations
 
@@ -69,13 +69,31 @@ class Camera:
         """How far beyond the frame light still reaches into it, in px."""
         return math.ceil(4 * self.blur)
 
-    def focus(self, light: Light) -> Light:
-        """Blur light (h, w, ...) and cut off ``reach`` px on each side."""
+    def focus(
+        self, light: Light, circle: ContentCircle | None = None, pixel_aspect: float = 1.0
+    ) -> Light:
+        """Dim light (h, w, ...) toward the rim, blur it, and cut off ``reach`` px on each side.
+
+        In this order: lamp and lens take light from rays, before these meet a little beside their place.
+        """
+        k = self.reach
+        if self.vignetting:
+            light = light * _like(self._gain(light.shape[:2], circle, pixel_aspect), light)
         if self.blur == 0:
             return light
-        k = self.reach
         soft = cv2.GaussianBlur(light, (2 * k + 1, 2 * k + 1), self.blur)
         return np.ascontiguousarray(soft[k:-k, k:-k])
+
+    def _gain(
+        self, shape: tuple[int, ...], circle: ContentCircle | None, pixel_aspect: float
+    ) -> Light:
+        """The share of the light (h, w) that is left in a frame widened by ``reach`` px on each side."""
+        k = self.reach
+        h, w = shape[0] - 2 * k, shape[1] - 2 * k
+        x, y = circle.center if circle else ((w - 1) / 2, (h - 1) / 2)
+        radius = self.vignetting_radius or math.hypot(w * pixel_aspect, h) / 2
+        far = squared_radius((shape[1], shape[0]), (x + k, y + k), pixel_aspect)
+        return np.maximum(1 - self.vignetting / radius**2 * far, 0)
 
     def expose(
         self,
@@ -86,17 +104,10 @@ class Camera:
     ) -> Light:
         """Turn focused light (h, w) or (h, w, 3) into noisy grey levels, float32, not yet rounded."""
         h, w = light.shape[:2]
-        gain = np.ones((h, w), np.float32)
-        if self.vignetting:
-            middle = circle.center if circle else ((w - 1) / 2, (h - 1) / 2)
-            radius = self.vignetting_radius or math.hypot(w * pixel_aspect, h) / 2
-            gain -= self.vignetting / radius**2 * squared_radius((w, h), middle, pixel_aspect)
-            np.maximum(gain, 0, out=gain)
         if self.tint is not None:
             gray = light[..., None] if light.ndim == 2 else light
             light = gray * np.array(self.tint, np.float32)
-        level = light * _like(gain, light)
-        np.clip(level, 0, 1, out=level)
+        level = np.clip(light, 0, 1)
         if self.gamma != 1:
             cv2.pow(level, 1 / self.gamma, level)
         if circle:

@@ -96,7 +96,8 @@ def clip_frames(scene: ClipScene) -> Iterator[ClipFrame]:
         lens = scene.lens.shifted(shift)
         model, circle = lens.model_at(zoom), lens.circle_at(zoom)
         camera = replace(scene.camera, vignetting_radius=circle.diameter / 2)
-        light = camera.focus(_light(scene, lens, tissue, float(time), zoom))
+        light = _light(scene, lens, tissue, float(time), zoom)
+        light = camera.focus(light, circle, model.pixel_aspect)
         # Each frame's own stream of random numbers, so that one frame does not depend on the others.
         rng = np.random.default_rng([scene.seed, index])
         level = camera.expose(light, circle, model.pixel_aspect, rng)

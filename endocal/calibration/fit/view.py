@@ -21,6 +21,9 @@ from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
 from ..straightness import Floats, Labels
 from .end_rows import end_rows, new_lines
 
+# Fewer points than these tell nothing of the light.
+FEWEST_POINTS = 12
+
 
 @dataclass(frozen=True)
 class View:
@@ -76,16 +79,20 @@ def measured_again(
         return lines
     if not board:
         bars = bars_of(lines, params)
-        light = None if bars is None else Light.of(lines.take(np.isin(lines.labels, bars.edges)))
+        light = (
+            None
+            if bars is None
+            else Light.of(lines.take(np.isin(lines.labels, bars.edges)), params)
+        )
         again = measure_matched(view.grey, view.smooth, lines, params, light)
         return _on_own_rows(view, again, params)
     again = measure(view.smooth, lines.points, lines.labels, params, True, noisy).renumbered()
-    if len(again.points) == 0:
+    if len(again.points) < FEWEST_POINTS:
         return again
     blur = blurs(view.smooth, again, params)
     drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
     again = out_of_the_bend(again, blur**2 + SMOOTHING**2, params)
-    again = out_of_the_light(again, drawn, params, Light.of(again))
+    again = out_of_the_light(again, drawn, params, Light.of(again, params))
     return _on_own_rows(view, again, params)
 
 

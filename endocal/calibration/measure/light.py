@@ -1,9 +1,9 @@
 """What light that falls off over a sheet does to edges, taken off: it draws them toward the lit middle.
 
-Light that changes by a share ``a`` of itself for each px, across an edge that the optics blurred by b before
-and that is smoothed by s after, moves its steepest place by a (2 b^2 + s^2) toward the light, whichever side
-of the edge is bright: lines seen from both sides do not tell. All lines then seem a little more bent. And
-grey levels, read some px beside an edge, are higher on the side of the light, whatever the edge is.
+Light that changes by a share ``a`` of itself for each px, across an edge that is then blurred by b in the
+optics and smoothed by s, moves its steepest place by a (b^2 + s^2) toward the light, whichever side of the
+edge is bright: lines seen from both sides do not tell. All lines then seem a little more bent. And grey
+levels, read some px beside an edge, are higher on the side of the light, whatever the edge is.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from .courses import leading, normals_of
 from .profiles import BESIDE, BETWEEN, DIFFERENCES, SMOOTHING, Measured
 from .step_edge import NARROWEST, WIDEST, WINDOW
 
-# The light on a sheet falls off as a parabola, and a camera shows a power of it: one is fitted to the bright
-# side of so many points in so many rounds; what lies so many usual deviations beside it, as highlights do,
-# counts ever less. Another power must leave less by this share.
-POWERS, BETTER = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3), 0.98
+# The light on a sheet falls off as a parabola, and a camera shows a power of it: one is fitted to the levels
+# beside so many points in so many rounds; what lies so many usual deviations beside it, as highlights do,
+# counts ever less. Another power must leave less by this share; less than so many grey levels is nothing.
+POWERS, BETTER = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3, 1.5, 2.0, 2.5), 0.98
+FINEST = 0.05
 ENOUGH_POINTS, ROUNDS, SOFTNESS = 4000, 6, 2.0
 # Nearer than this to where the bright side changes, px, levels are those of both sides.
 CROSSING = 6.0
@@ -30,8 +31,8 @@ DARKEST, MOST_OFF = 0.1, 0.2
 
 
 @dataclass(frozen=True)
-class Light:
-    """How bright a white sheet looks over the picture: a power of a parabola, ``usual`` times.
+class Shade:
+    """How bright a sheet of one colour looks over the picture: a power of a parabola, ``usual`` times.
 
     ``terms`` (6,) of 1, x, y, x^2, x y and y^2 in units of ``size`` px from ``middle`` (2,); the parabola is
     nowhere taken to be less than ``least``.
@@ -45,39 +46,74 @@ class Light:
     least: float
 
     @classmethod
-    def of(cls, lines: Measured) -> Light:
-        """Tell it from the bright sides of edges that are all of one sheet."""
-        away = lines.from_crossings()
-        clear = np.flatnonzero(away >= min(CROSSING, float(np.median(away))))
-        clear = clear[:: max(1, len(clear) // ENOUGH_POINTS)]
-        points, level = _bright_places(lines)[clear], lines.levels[clear, 1]
+    def of(cls, points: Floats, levels: Floats, power: float) -> Shade:
+        """Fit it to grey ``levels`` (n,) at ``points`` (n, 2) px."""
         middle = points.mean(axis=0)
         size = max(float(np.abs(points - middle).max()), 1.0)
-        usual = max(float(np.median(level)), 1.0)
-        columns, bright = _columns((points - middle) / size), np.maximum(level / usual, 0.0)
-        best, least_off = None, np.inf
-        for power in POWERS:
-            terms = _parabola(columns, bright ** (1 / power))
-            light = cls(terms, middle, size, power, usual, DARKEST ** (1 / power))
-            off = float(np.median(np.abs(light.level(points) - level)))
-            if best is None or off < BETTER * least_off:
-                best, least_off = light, off
-        assert best is not None
-        return best
+        usual = max(float(np.median(levels)), 1.0)
+        shares = np.maximum(levels / usual, 0.0) ** (1 / power)
+        terms = _parabola(_columns((points - middle) / size), shares)
+        return cls(terms, middle, size, power, usual, DARKEST ** (1 / power))
 
     def level(self, points: Floats) -> Floats:
-        """The grey level (n,) of a white sheet at ``points`` (n, 2) px."""
+        """The grey level (n,) at ``points`` (n, 2) px."""
         at = _columns((points - self.middle) / self.size)
         return np.asarray(self.usual * np.maximum(at @ self.terms, self.least) ** self.power)
 
-    def change(self, points: Floats) -> Floats:
-        """By which share of itself it changes in a px of x and of y, (n, 2), at ``points`` (n, 2) px."""
+    def slope(self, points: Floats) -> Floats:
+        """By how many grey levels it changes in a px of x and of y, (n, 2), at ``points`` (n, 2) px."""
         at = (points - self.middle) / self.size
         x, y = at.T
         _, fx, fy, fxx, fxy, fyy = self.terms
         slopes = np.stack([fx + 2 * fxx * x + fxy * y, fy + fxy * x + 2 * fyy * y], axis=1)
         parabola = np.maximum(_columns(at) @ self.terms, self.least)
-        return np.asarray(self.power * slopes / self.size / parabola[:, None])
+        steep = self.usual * self.power * parabola ** (self.power - 1)
+        return np.asarray(slopes / self.size * steep[:, None])
+
+
+@dataclass(frozen=True)
+class Light:
+    """How ``bright`` white and how ``dark`` black look over the picture.
+
+    A veil of stray light lies over both: what falls off is how much they differ, at least ``least``.
+    """
+
+    bright: Shade
+    dark: Shade
+    least: float
+
+    @classmethod
+    def of(cls, lines: Measured, params: Floats) -> Light:
+        """Tell it from both sides of edges of one sheet; ``params`` as ``profiles.measure`` takes them."""
+        away = lines.from_crossings()
+        clear = np.flatnonzero(away >= min(CROSSING, float(np.median(away))))
+        clear = clear[:: max(1, len(clear) // ENOUGH_POINTS)]
+        places = [at[clear] for at in _beside(lines, params)]
+        seen = lines.levels[clear, :2].T
+        best, least_off = None, np.inf
+        for power in POWERS:
+            dark, bright = (Shade.of(*one, power) for one in zip(places, seen, strict=True))
+            levels = dark.level(places[0]), bright.level(places[1])
+            off = max(float(np.median(np.abs(levels - seen), axis=1).sum()), FINEST)
+            if best is None or off < BETTER * least_off:
+                least = max(DARKEST * (bright.usual - dark.usual), 1.0)
+                best, least_off = cls(bright, dark, least), off
+        assert best is not None
+        return best
+
+    def height(self, points: Floats) -> Floats:
+        """How many grey levels (n,) white and black differ by at ``points`` (n, 2) px."""
+        return np.maximum(self.bright.level(points) - self.dark.level(points), self.least)
+
+    def change(self, points: Floats) -> Floats:
+        """By which share of itself that changes in a px of x and of y, (n, 2), at ``points`` (n, 2) px."""
+        slope = self.bright.slope(points) - self.dark.slope(points)
+        return np.asarray(slope / self.height(points)[:, None])
+
+    def evened(self, levels: Floats, points: Floats) -> Floats:
+        """Grey ``levels`` (n,) seen at ``points`` (n, 2) px, as they would be where the light is as usual."""
+        share = (levels - self.dark.level(points)) / self.height(points)
+        return self.dark.usual + (self.bright.usual - self.dark.usual) * share
 
 
 def out_of_the_light(lines: Measured, drawn: Floats, params: Floats, light: Light) -> Measured:
@@ -89,17 +125,21 @@ def out_of_the_light(lines: Measured, drawn: Floats, params: Floats, light: Ligh
     across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
     off = np.einsum("ij,ij->i", light.change(lines.points), across) * drawn[lines.labels]
     off = np.clip(off, -MOST_OFF, MOST_OFF)
-    bright = BESIDE * across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
-    read = np.stack([light.level(lines.points + way) for way in (-bright, bright)], axis=1)
-    levels = np.column_stack([light.usual * lines.levels[:, :2] / read, light.level(lines.points)])
-    return replace(lines, points=lines.points - off[:, None] * across, levels=levels)
+    sides = zip(lines.levels.T[:2], _beside(lines, params), strict=True)
+    levels = [light.evened(level, places) for level, places in sides]
+    white = light.bright.level(lines.points)
+    return replace(
+        lines,
+        points=lines.points - off[:, None] * across,
+        levels=np.stack([*levels, white], axis=1),
+    )
 
 
-def _bright_places(lines: Measured) -> Floats:
-    """Where the levels of the bright sides were read, (n, 2) px."""
-    x, y = np.gradient(lines.points, axis=0).T
-    length = np.maximum(np.hypot(x, y), 1e-9)
-    return lines.points + (BESIDE * lines.sides / length)[:, None] * np.stack([-y, x], axis=1)
+def _beside(lines: Measured, params: Floats) -> tuple[Floats, Floats]:
+    """Where the levels of the dark and of the bright sides were read, (n, 2) px each."""
+    across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
+    bright = across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
+    return lines.points - BESIDE * bright, lines.points + BESIDE * bright
 
 
 def _columns(at: Floats) -> Floats:
@@ -123,7 +163,7 @@ def _parabola(columns: Floats, values: Floats) -> Floats:
 
 def steepest_drawn(blur: Floats, smoothing: Floats | float) -> Floats:
     """How far, px^2, light draws the steepest places of edges of this ``blur``, smoothed, px."""
-    return np.asarray(2 * blur**2 + smoothing**2 + DIFFERENCES + BETWEEN)
+    return np.asarray(blur**2 + smoothing**2 + DIFFERENCES + BETWEEN)
 
 
 def fitted_drawn(blur: Floats) -> Floats:
@@ -133,11 +173,10 @@ def fitted_drawn(blur: Floats) -> Floats:
 
 def _fitted_drawn(blur: float) -> float:
     """What light adds to a step, as far as the step's place explains it beside its height and level."""
-    after = SMOOTHING**2 + BETWEEN
-    width = np.sqrt(blur**2 + after)
+    width = np.sqrt(blur**2 + SMOOTHING**2 + BETWEEN)
     reach = int(np.clip(round(WINDOW * width), NARROWEST, WIDEST))
     x = np.arange(-reach, reach + 1.0)
     step = ndtr(x / width)
     slope = np.exp(-0.5 * (x / width) ** 2) / (np.sqrt(2 * np.pi) * width)
     columns = np.stack([slope, step, np.ones_like(x)], axis=1)
-    return -float(np.linalg.lstsq(columns, x * step + after * slope, rcond=None)[0][0])
+    return -float(np.linalg.lstsq(columns, x * step + width**2 * slope, rcond=None)[0][0])

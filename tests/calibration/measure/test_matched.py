@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from scipy.special import ndtr
@@ -39,7 +40,7 @@ def lines(at: list[float], gaps: bool = False) -> Measured:
     t = t[t % 24 < 12] if gaps else t
     points = np.concatenate([np.stack([a + SLANT * t, t], axis=1) for a in at])
     labels = np.repeat(np.arange(len(at)), len(t))
-    sides = np.where(labels % 2 == 0, 1.0, -1.0)
+    sides = np.where(labels % 2 == 0, -1.0, 1.0)  # +1: bright to the left of the way down
     levels = np.tile([40.0, 140.0, 140.0], (len(points), 1))
     return Measured(points, labels, sides, levels, np.ones(len(points)))
 
@@ -136,13 +137,17 @@ def test_light_that_falls_off_draws_nothing_off_its_edge() -> None:
     at = [100.0, 180.0]
     falling = 1 - 0.5 * np.arange(SIZE) / SIZE
     known = lines(at)
-    grey = (picture(at, 2.0) * falling).astype(np.float32)
-    lit = replace(known, levels=known.levels * (1 - 0.5 * known.points[:, :1] / SIZE))
+    # Light falls on the sheet before the lens blurs what is seen.
+    sharp = picture(at, 0.5) * falling
+    grey = cv2.GaussianBlur(sharp, (0, 0), np.sqrt(2.0**2 - 0.5**2)).astype(np.float32)
+    # Levels are read 4 px beside an edge; the first is bright to its right, the second to its left.
+    beside = known.points[:, :1] + 4 * known.sides[:, None] * [1.0, -1.0, 0.0]
+    lit = replace(known, levels=known.levels * (1 - 0.5 * beside / SIZE))
     drawn, back = (
         np.abs(np.bincount(m.labels, off(m, at)) / np.bincount(m.labels))
         for m in (
             measure_matched(grey, smoothed(grey), known, FLAT, light)
-            for light in (None, Light.of(lit))
+            for light in (None, Light.of(lit, FLAT))
         )
     )
     assert np.all(drawn > 0.015)
