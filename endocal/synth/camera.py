@@ -37,12 +37,11 @@ class ContentCircle:
 class Camera:
     """What the optics, the sensor and the recorder do to the light, in this order.
 
-    ``blur``: sigma of the point spread in px. ``vignetting``: the share of light lost at
-    ``vignetting_radius`` px from the circle's (else the frame's) centre, growing with the radius squared.
-    ``gamma``: a grey level is 255 * light^(1/gamma). ``black``: the lowest grey level. ``noise``: sigma
-    in grey levels. ``tint``: gains of blue, green and red, or None to leave the
-    light as it is (grey light then makes a grey picture). ``jpeg``: quality
-    from 1 to 100, or None for no compression.
+    ``vignetting``: the share of light lost at ``vignetting_radius`` px from the circle's (else the frame's)
+    centre, growing with the radius squared. ``blur``: sigma of the point spread in px. ``tint``: gains of
+    blue, green and red, or None to leave the light as it is (grey light then makes a grey picture).
+    ``gamma``: a grey level is 255 * light^(1/gamma). ``black``: the lowest grey level. ``noise``: sigma in
+    grey levels. ``jpeg``: quality from 1 to 100, or None for no compression.
     """
 
     blur: float = 0.7

@@ -23,8 +23,9 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     believed beforehand as the fit weighs it.
     """
     root = np.sqrt(fit.trust)
-    # A parameter held at a bound moves nothing: its column is zero, and so is its variance.
-    unit = np.abs(fit.jacobian).max(axis=0)
+    # A parameter held at a bound moves nothing: its column is zero, and so is its variance. Growth that
+    # moves next to nothing is known by what was believed of it, and must not drown the others.
+    unit = np.maximum(np.abs(fit.jacobian).max(axis=0), np.sqrt(fit.belief))
     unit[unit == 0] = 1.0
     slopes = root[:, None] * fit.jacobian / unit
     weighted = root * fit.residuals

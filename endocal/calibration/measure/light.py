@@ -18,15 +18,18 @@ from .courses import leading, normals_of
 from .profiles import BESIDE, BETWEEN, DIFFERENCES, SMOOTHING, Measured
 from .step_edge import NARROWEST, WIDEST, WINDOW
 
-# The light on a sheet falls off as a parabola, and a camera shows a power of it: one is fitted to the levels
-# beside so many points in so many rounds; what lies so many usual deviations beside it, as highlights do,
-# counts ever less. Another power must leave less by this share; less than so many grey levels is nothing.
-POWERS, BETTER = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3, 1.5, 2.0, 2.5), 0.98
+# The light on a sheet falls off as a parabola or, from a lamp near by, as one over a parabola or its square;
+# a camera shows a power of it. One is fitted to the levels beside so many points in so many rounds; what lies
+# so many usual deviations beside it, as highlights do, counts ever less. Another power must leave less by
+# this share; less than so many grey levels is nothing.
+POWERS = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3, 1.5, 2.0, 2.5, -1 / 2, -1.0, -2.0)
+BETTER = 0.98
 FINEST = 0.05
 ENOUGH_POINTS, ROUNDS, SOFTNESS = 4000, 6, 2.0
 # Nearer than this to where the bright side changes, px, levels are those of both sides.
 CROSSING = 6.0
-# It is nowhere taken to be less than this share of what is usual, and draws nothing by more than so many px.
+# It is nowhere taken to be less than this share of what is usual, or as many times more, and draws nothing
+# by more than so many px.
 DARKEST, MOST_OFF = 0.1, 0.2
 
 
@@ -34,8 +37,7 @@ DARKEST, MOST_OFF = 0.1, 0.2
 class Shade:
     """How bright a sheet of one colour looks over the picture: a power of a parabola, ``usual`` times.
 
-    ``terms`` (6,) of 1, x, y, x^2, x y and y^2 in units of ``size`` px from ``middle`` (2,); the parabola is
-    nowhere taken to be less than ``least``.
+    ``terms`` (6,) of 1, x, y, x^2, x y and y^2 in units of ``size`` px from ``middle`` (2,).
     """
 
     terms: Floats
@@ -43,7 +45,6 @@ class Shade:
     size: float
     power: float
     usual: float
-    least: float
 
     @classmethod
     def of(cls, points: Floats, levels: Floats, power: float) -> Shade:
@@ -51,14 +52,14 @@ class Shade:
         middle = points.mean(axis=0)
         size = max(float(np.abs(points - middle).max()), 1.0)
         usual = max(float(np.median(levels)), 1.0)
-        shares = np.maximum(levels / usual, 0.0) ** (1 / power)
+        shares = np.maximum(levels / usual, 0.0 if power > 0 else DARKEST) ** (1 / power)
         terms = _parabola(_columns((points - middle) / size), shares)
-        return cls(terms, middle, size, power, usual, DARKEST ** (1 / power))
+        return cls(terms, middle, size, power, usual)
 
     def level(self, points: Floats) -> Floats:
         """The grey level (n,) at ``points`` (n, 2) px."""
-        at = _columns((points - self.middle) / self.size)
-        return np.asarray(self.usual * np.maximum(at @ self.terms, self.least) ** self.power)
+        columns = _columns((points - self.middle) / self.size)
+        return np.asarray(self.usual * self._parabola(columns) ** self.power)
 
     def slope(self, points: Floats) -> Floats:
         """By how many grey levels it changes in a px of x and of y, (n, 2), at ``points`` (n, 2) px."""
@@ -66,9 +67,13 @@ class Shade:
         x, y = at.T
         _, fx, fy, fxx, fxy, fyy = self.terms
         slopes = np.stack([fx + 2 * fxx * x + fxy * y, fy + fxy * x + 2 * fyy * y], axis=1)
-        parabola = np.maximum(_columns(at) @ self.terms, self.least)
-        steep = self.usual * self.power * parabola ** (self.power - 1)
+        steep = self.usual * self.power * self._parabola(_columns(at)) ** (self.power - 1)
         return np.asarray(slopes / self.size * steep[:, None])
+
+    def _parabola(self, columns: Floats) -> Floats:
+        """The parabola (n,), held where levels would leave ``DARKEST`` times the usual one to its inverse."""
+        ends = DARKEST ** (1 / self.power), (1 / DARKEST) ** (1 / self.power)
+        return np.asarray(np.clip(columns @ self.terms, min(ends), max(ends)))
 
 
 @dataclass(frozen=True)

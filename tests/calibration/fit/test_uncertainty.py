@@ -105,3 +105,18 @@ def test_nothing_is_stated_of_a_centre_that_was_given() -> None:
     points, labels, _ = line_points(TRUTH)
     fit = fitted(points, labels, Prior(tuple(TRUTH[1:]), (0.0, 0.0)))
     assert covariance(fit, labels).shape == (1, 1)
+
+
+def test_growth_that_moves_next_to_nothing_takes_nothing_from_the_others() -> None:
+    """All edges of a small piece of a board are grown alike: their differences are rounding errors."""
+    points, labels, normals = line_points(TRUTH, count=24)
+    rng = np.random.default_rng(4)
+    points = points + rng.normal(0, 0.03, len(points))[:, None] * normals
+    column = 1e-11 * rng.normal(0, 1, (len(points), 1))
+    fits = [
+        fit_model(points, labels, START, 300, PRIOR, softness=0.15, growth=growth)
+        for growth in (None, column)
+    ]
+    alone, beside = (stated(fit, labels) for fit in fits)
+    np.testing.assert_allclose(beside, alone, rtol=1e-3)
+    assert np.all(alone > 0)

@@ -115,6 +115,21 @@ def test_a_veil_over_both_sides_is_no_light(gamma: float) -> None:
     np.testing.assert_allclose(mended.levels - 100.0, alone.levels, atol=3.0)
 
 
+@pytest.mark.parametrize("power", [-0.5, -1.0, -2.0])
+def test_a_lamps_light_is_told(power: float) -> None:
+    """It falls by the square of the way, which no parabola follows: one over it does, or a power of that."""
+    lines = seen(1.0)
+    x, y = lines.points.T
+    parabola = 1 + ((x + 10) ** 2 + (y - 120) ** 2) / 150**2
+    slopes = np.stack([x + 10, y - 120], axis=1) * 2 / 150**2
+    across = np.gradient(lines.points[:, 1]) * lines.sides
+    dark, bright = (1 + ((x + way * across + 10) ** 2 + (y - 120) ** 2) / 150**2 for way in (4, -4))
+    levels = np.stack([30 * dark**power, 230 * bright**power, 230 * bright**power], axis=1)
+    found = Light.of(replace(lines, levels=levels), FLAT).change(lines.points)
+    change = power * slopes / parabola[:, None]
+    assert np.abs(found - change).max() < 0.02 * np.abs(change).max()
+
+
 def test_levels_are_those_of_even_light() -> None:
     """Read beside an edge they say where the light is, which draws edges of both kinds one way."""
     # So sharp that 4 px beside an edge nothing is left of it.
