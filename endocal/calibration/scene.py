@@ -16,6 +16,7 @@ from .fit.view import View
 from .image.content import content_masks
 from .image.edges import EdgePoints, find_edges_apart
 from .image.picture import Grey, Image, Mask, Picture, checked, fields, to_grey
+from .image.sampling import from_reduced, reduced
 from .spec import CalibrationSpec
 from .straightness import Floats
 
@@ -103,16 +104,12 @@ def _edges(picture: Picture, pixel_aspect: float) -> tuple[list[EdgePoints], int
     h, w = picture.grey.shape
     step = int(np.ceil(np.sqrt(h * w / MOST_PIXELS)))
     if step > 1:
-        size = (w // step, h // step)
-        grey = cv2.resize(
-            picture.grey[: size[1] * step, : size[0] * step], size, interpolation=cv2.INTER_AREA
-        )
-        rows, columns = slice(None, size[1] * step, step), slice(None, size[0] * step, step)
+        rows, columns = slice(None, h // step * step, step), slice(None, w // step * step, step)
         beyond = None if picture.beyond is None else picture.beyond[rows, columns]
-        picture = Picture(np.asarray(grey, np.float32), picture.content[rows, columns], beyond)
+        picture = Picture(reduced(picture.grey, step), picture.content[rows, columns], beyond)
     found = []
     for edges in find_edges_apart(picture):
-        points = (edges.points + 0.5) * step - 0.5
+        points = from_reduced(edges.points, step)
         gradients = edges.gradients / (pixel_aspect, 1.0)
         gradients /= np.maximum(np.linalg.norm(gradients, axis=1), 1e-12)[:, None]
         found.append(EdgePoints(points * (pixel_aspect, 1.0), gradients))

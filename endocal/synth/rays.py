@@ -38,7 +38,9 @@ def pixel_rays(model: DivisionModel, focal: float, margin: int = 0) -> Rays:
     q = dx * dx + dy * dy
     valid = q < (model.valid_radius / focal) ** 2
     # Derivatives of the map along the radius and across it; their product is the stretch of an area.
-    across = 1 / np.where(valid, 1 + q * (lam + q * lam2), np.float32(np.nan))
+    denominator = 1 + q * (lam + q * lam2)
+    # A valid pixel next to the pole may round to it.
+    across = 1 / np.where(valid & (denominator > 0), denominator, np.float32(np.nan))
     along = (1 - q * (lam + 3 * q * lam2)) * across * across
     footprint = np.sqrt(along * across) / focal
     return Rays(*(np.asarray(v, np.float32) for v in (dx * across, dy * across, footprint)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from fractions import Fraction
 
@@ -151,6 +152,17 @@ def test_rays_follow_the_model() -> None:
     area = np.abs(a * d - b * c)[1:-1, 1:-1]
     # In frame pixels; an area of square pixels is 1.2 times as large.
     np.testing.assert_allclose(rays.footprint[1:-1, 1:-1] ** 2 * 1.2, area, rtol=2e-2)
+
+
+def test_the_pole_of_a_model_on_a_pixel_is_seen_by_none() -> None:
+    """In single precision its denominator rounds to 0 there at some focal lengths."""
+    model = DivisionModel(-1e-4, (0.0, 0.0), (120, 120))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for focal in np.linspace(50, 200, 40):
+            rays = pixel_rays(model, focal)
+            assert not np.isinf(rays.x[0, 100])
+            assert np.isnan(rays.x[0, 101])
 
 
 def test_a_zoom_path_rests_at_equal_neighbours_and_starts_gently() -> None:

@@ -111,7 +111,8 @@ def edge_directions(grey: Grey, points: Floats, size: int) -> tuple[Floats, Floa
     derivative, smoothing = cv2.getDerivKernels(1, 0, half, normalize=True, ktype=cv2.CV_32F)
     gx = cv2.sepFilter2D(grey, cv2.CV_32F, derivative, smoothing, borderType=cv2.BORDER_REPLICATE)
     gy = cv2.sepFilter2D(grey, cv2.CV_32F, smoothing, derivative, borderType=cv2.BORDER_REPLICATE)
-    x, y = np.rint(points).astype(np.intp).T
+    last = np.array(grey.shape[::-1]) - 1
+    x, y = np.clip(np.rint(points), 0, last).astype(np.intp).T
     products = gx * gy
     np.multiply(gx, gx, out=gx)
     np.multiply(gy, gy, out=gy)

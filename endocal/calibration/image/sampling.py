@@ -1,4 +1,4 @@
-"""Grey levels between the pixels."""
+"""Grey levels between the pixels, and of several pixels together."""
 
 from __future__ import annotations
 
@@ -38,3 +38,22 @@ def sample_smoothly(image: NDArray[np.float32], points: NDArray[np.float64]) -> 
     at = points.reshape(-1, 2).T[::-1]
     values = map_coordinates(image, at, np.float32, order=3, mode="nearest", prefilter=False)
     return np.asarray(values).reshape(points.shape[:-1])
+
+
+def reduced(image: NDArray[np.float32], step: int) -> NDArray[np.float32]:
+    """Return ``image`` (h, w) ``step`` times smaller, (h // step, w // step), each pixel a mean of many."""
+    if step == 1:
+        return image
+    h, w = (side // step for side in image.shape)
+    whole = image[: h * step, : w * step]
+    return np.asarray(cv2.resize(whole, (w, h), interpolation=cv2.INTER_AREA), np.float32)
+
+
+def to_reduced(points: NDArray[np.float64], step: int) -> NDArray[np.float64]:
+    """Where ``points`` (..., 2) px of a picture lie in the ``reduced`` one, px."""
+    return (points + 0.5) / step - 0.5
+
+
+def from_reduced(points: NDArray[np.float64], step: int) -> NDArray[np.float64]:
+    """Where ``points`` (..., 2) px of a ``reduced`` picture lie in the whole one, px."""
+    return (points + 0.5) * step - 0.5

@@ -10,6 +10,7 @@ import numpy as np
 from ..fit.view import View
 from ..image.directions import directions_along
 from ..image.edges import EdgePoints, edge_directions
+from ..image.sampling import from_reduced, reduced, to_reduced
 from ..search import Found, Measure, search
 from ..straightness import Floats
 from .task import MOST_POINTS, Task
@@ -74,12 +75,13 @@ def voting_edges(view: View, sobel: int, most: int) -> EdgePoints:
     """Return at most ``most`` edge points of a view, drawn evenly, with the normals of their edges.
 
     Normals are those of the lines through the points along the edges (see ``directions_along``), and points
-    are moved onto these. ``sobel`` px is the size of what is looked at. Points that see more than one
-    direction, next to a crossing of lines above all, are left out: they would vote for lines that are not
-    there.
+    are moved onto these. ``sobel`` px, of the picture on which the edges were sought, is the size of what is
+    looked at. Points that see more than one direction, next to a crossing of lines above all, are left out:
+    they would vote for lines that are not there.
     """
-    edges = view.edges
-    normals, one_direction = edge_directions(view.grey, edges.points, sobel // 2 | 1)
+    edges = EdgePoints(to_reduced(view.edges.points, view.step), view.edges.gradients)
+    grey = reduced(view.grey, view.step)
+    normals, one_direction = edge_directions(grey, edges.points, sobel // 2 | 1)
     normals *= np.where((normals * edges.gradients).sum(axis=1) < 0, -1, 1)[:, None]
     clear = one_direction >= min(ONE_DIRECTION, np.quantile(one_direction, 1 - FEWEST_VOTERS))
     edges = EdgePoints(edges.points, normals).take(clear)
@@ -88,4 +90,5 @@ def voting_edges(view: View, sobel: int, most: int) -> EdgePoints:
     # Where lines are too short for that, others vote, too, by the gradients around them.
     fewest = min(most, int(FEWEST_VOTERS * len(view.edges)), len(drawn))
     first = np.argsort(~told, kind="stable")
-    return voters.take(first[: min(most, max(fewest, np.count_nonzero(told)))])
+    voters = voters.take(first[: min(most, max(fewest, np.count_nonzero(told)))])
+    return EdgePoints(from_reduced(voters.points, view.step), voters.gradients)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from endocal.calibration.image.sampling import sample, sample_smoothly
+from endocal.calibration.image.sampling import (
+    from_reduced,
+    reduced,
+    sample,
+    sample_smoothly,
+    to_reduced,
+)
 
 SIZE, BLUR = 40, 1.2
 
@@ -40,3 +46,15 @@ def test_points_keep_their_shape_and_those_outside_see_the_border() -> None:
     assert seen.shape == (2, 2)
     assert seen.dtype == np.float32
     np.testing.assert_allclose(seen, [[7, 0], [7, SIZE - 1]], atol=1e-5)
+
+
+def test_a_reduced_picture_shows_a_point_where_it_is_said_to_lie() -> None:
+    y, x = np.mgrid[:41, :38]
+    picture = (2 * x + 3 * y).astype(np.float32)
+    small = reduced(picture, 3)
+    assert small.shape == (13, 12)
+    points = np.random.default_rng(4).uniform(3, 33, (50, 2))
+    seen = sample(small, to_reduced(points, 3))
+    np.testing.assert_allclose(seen, points @ [2, 3], atol=3 * 5 / 64 + 1e-3)
+    np.testing.assert_allclose(from_reduced(to_reduced(points, 3), 3), points)
+    assert reduced(picture, 1) is picture

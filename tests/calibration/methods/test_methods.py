@@ -5,11 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from endocal import CalibrationSpec, calibrate
 from endocal.benchmarks.corner_score import as_grid, straightness
+from endocal.calibration.fit.view import View
+from endocal.calibration.image.edges import EdgePoints
 from endocal.calibration.methods.cht import face_cells, face_points
 from endocal.calibration.methods.entropy import entropy
+from endocal.calibration.methods.grid import voting_edges
 from endocal.calibration.methods.heplp import SecondMap
 from endocal.calibration.methods.hewog import vote_map
 from endocal.calibration.methods.registry import METHODS
@@ -159,3 +163,22 @@ def test_a_real_board(real_data: Path, name: str) -> None:
     found = calibrate(picture, CalibrationSpec(method=name, refine=False)).model
     limit = {"hewg": 0.8, "htrdc": 2.0, "wang": 0.4, "corners": 0.3}[name]
     assert straightness(corners, found) < limit
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_votes_come_from_the_edge_of_a_reduced_picture_too(step: int) -> None:
+    """A long edge, its points a px of the reduced picture apart, with directions known roughly."""
+    rng = np.random.default_rng(5)
+    normal = np.array([np.cos(0.4), np.sin(0.4)])
+    y, x = np.mgrid[0:360, 0:360]
+    across = (x - 180) * normal[0] + (y - 180) * normal[1]
+    grey = np.float32(200) * ndtr(across / 1.5) + rng.normal(0, 2, across.shape)
+    along = np.arange(-120.0, 120.0, step)
+    points = (180, 180) + along[:, None] * (-normal[1], normal[0])
+    points += rng.normal(0, 0.3, (len(along), 1)) * normal
+    turned = 0.4 + np.deg2rad(rng.normal(0, 3, len(along)))
+    edges = EdgePoints(points, np.stack([np.cos(turned), np.sin(turned)], axis=1))
+    voters = voting_edges(View(grey.astype(np.float32), edges, step=step), 21, 1000)
+    assert len(voters) > 0.6 * len(edges)
+    assert np.abs((voters.points - (180, 180)) @ normal).max() < 0.3
+    assert (voters.gradients @ normal).min() > np.cos(np.deg2rad(1.5))
