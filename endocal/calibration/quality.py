@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from .result import Quality
@@ -76,96 +77,35 @@ class Evidence:
     pictures: int = 1
     differing: int = 0  # the picture, from 1, that goes with the others least; 0 if all do
 
+    @property
+    def rough(self) -> float:
+        """How far points are from straight lines, px of a 540-line frame."""
+        return self._scaled(self.rms)
+
+    @property
+    def bent(self) -> float:
+        """``bend`` in px of a 540-line frame."""
+        return self._scaled(self.bend)
+
+    def _scaled(self, length: float) -> float:
+        # In a smaller frame a px is a px.
+        return length / max(1.0, self.short_side / 540)
+
+
+@dataclass(frozen=True)
+class Objection:
+    """A reason against "good", and whether it makes the verdict "failed" rather than "doubtful"."""
+
+    reason: str
+    fails: bool = False
+
 
 def judge(e: Evidence) -> Quality:
     """Return the verdict, with every reason against "good"."""
-    failed, doubts = [], []
-    if e.differing:
-        which = "the two pictures" if e.pictures == 2 else f"the {e.pictures} pictures"
-        least = "" if e.pictures == 2 else f", number {e.differing} least"
-        doubts.append(
-            f"{which} do not go together{least}: of one lens at one zoom? calibrate from each alone"
-        )
-    if e.lines < FAILED_LINES:
-        failed.append(f"only {e.lines} straight lines found: show the pattern larger or sharper")
-    elif e.lines < FEW_LINES:
-        doubts.append(f"few lines ({e.lines}): show more of the pattern")
-    if e.second_lost:
-        doubts.append("too few lines hold under two parameters: this is the one-parameter model")
-    if e.reach < POOR_COVERAGE * e.content_radius:
-        doubts.append(
-            f"poor coverage: the lines reach {e.reach / e.content_radius:.0%} of the way to the rim;"
-            " fill the view with the pattern"
-        )
-    rough = e.rms / max(1.0, e.short_side / 540)
-    or_center = ", or the centre that was given is wrong" if e.center_sigma is None else ""
-    if rough > FAILED_ROUGH:
-        failed.append(
-            f"the lines stay {e.rms:.2f} px from straight: the model does not fit them{or_center}"
-        )
-    elif e.bend > BENT * max(1.0, e.short_side / 540):
-        doubts.append(
-            f"residuals above noise: lines stay bent by {e.bend:.2f} px, as this model cannot straighten them"
-            + ("" if e.second else "; --model division2 may")
-            + or_center
-        )
-    elif rough > (ROUGH if e.board else ROUGH_WITHOUT_BOARD):
-        doubts.append(
-            f"the edges are noisy: they lie {e.rms:.2f} px from straight lines; a sharper picture tells more"
-        )
-    if e.outlying > MANY_OUTLYING and not e.differing:
-        doubts.append(
-            f"{e.outlying:.0%} of the points do not follow their lines, and have hardly a say: is the pattern"
-            " flat, and the only one?"
-        )
-    if not e.board and rough > FAILED_WITHOUT_BOARD:
-        failed.append(
-            f"no chessboard seen, and what look like lines stay {e.rms:.2f} px from straight:"
-            " show a chessboard or parallel lines"
-        )
-    elif not e.board and rough > ROUGH_WITHOUT_BOARD and e.explained < LITTLE_WITHOUT_BOARD:
-        failed.append(
-            f"no chessboard seen, and what look like lines are {e.explained:.0%} of the edges and"
-            f" {e.rms:.2f} px from straight: show a chessboard or parallel lines"
-        )
-    if e.explained < FAILED_EXPLAINED:
-        failed.append(
-            f"only {e.explained:.0%} of the edges lie on straight lines: show a chessboard or parallel lines"
-        )
-    elif e.explained < (LITTLE_EXPLAINED if e.board else LITTLE_WITHOUT_BOARD):
-        doubts.append(
-            f"only {e.explained:.0%} of the edges lie on straight lines: is this a pattern?"
-        )
-    if e.lam_sigma is not None:
-        relative = e.lam_sigma / abs(e.lam) if e.lam else float("inf")
-        if abs(e.lam) < SIGNIFICANT * max(e.lam_sigma, FINEST / max(e.reach, 1.0) ** 3):
-            doubts.append("the distortion is within its uncertainty of zero")
-            if not e.board and (e.lines < FEW_LINES or e.explained < LITTLE_WITHOUT_BOARD):
-                failed.append(
-                    "no pattern seen that could tell: show a chessboard or parallel lines"
-                )
-        elif relative > WEAK_LAMBDA:
-            doubts.append(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
-    if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:
-        spread = f"one standard deviation: {e.center_sigma:.1f} px"
-        if e.center_sigma > UNKNOWN_CENTER * e.center_belief:
-            spread = "it may be anywhere near the middle"
-        doubts.append(
-            f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"
-        )
-    if e.astray > FAILED_ASTRAY:
-        failed.append(
-            "the centre came out far from the middle of the picture: the lines do not tell it"
-        )
-    elif e.astray > ASTRAY:
-        doubts.append("the centre lies far from the middle of the picture: was it cropped?")
-    if e.fold_radius < NEAR_FOLD * e.reach:
-        doubts.append("lambda is at its bound: the model folds right behind the outermost points")
-    elif e.fold_radius <= e.content_radius:
-        doubts.append(
-            f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies beyond is"
-            " lost" + ("" if e.second else "; try --model division2")
-        )
+    kinds = (_of_pictures, _of_lines, _of_bend, _of_pattern, _of_lambda, _of_center, _of_fold)
+    objections = [objection for kind in kinds for objection in kind(e)]
+    failed = [objection.reason for objection in objections if objection.fails]
+    doubts = [objection.reason for objection in objections if not objection.fails]
     verdict = "failed" if failed else "doubtful" if doubts else "good"
     return Quality(
         verdict=verdict,
@@ -177,3 +117,124 @@ def judge(e: Evidence) -> Quality:
         entropy=e.entropy,
         outlying=e.outlying,
     )
+
+
+def _of_pictures(e: Evidence) -> Iterator[Objection]:
+    """Whether the pictures are of one lens."""
+    if e.differing:
+        which = "the two pictures" if e.pictures == 2 else f"the {e.pictures} pictures"
+        least = "" if e.pictures == 2 else f", number {e.differing} least"
+        yield Objection(
+            f"{which} do not go together{least}: of one lens at one zoom? calibrate from each alone"
+        )
+
+
+def _of_lines(e: Evidence) -> Iterator[Objection]:
+    """Whether there are enough of them, and far enough out."""
+    if e.lines < FAILED_LINES:
+        yield Objection(
+            f"only {e.lines} straight lines found: show the pattern larger or sharper", fails=True
+        )
+    elif e.lines < FEW_LINES:
+        yield Objection(f"few lines ({e.lines}): show more of the pattern")
+    if e.second_lost:
+        yield Objection("too few lines hold under two parameters: this is the one-parameter model")
+    if e.reach < POOR_COVERAGE * e.content_radius:
+        yield Objection(
+            f"poor coverage: the lines reach {e.reach / e.content_radius:.0%} of the way to the rim;"
+            " fill the view with the pattern"
+        )
+
+
+def _of_bend(e: Evidence) -> Iterator[Objection]:
+    """Whether the model makes the lines straight, and all of their points follow them."""
+    or_center = ", or the centre that was given is wrong" if e.center_sigma is None else ""
+    if e.rough > FAILED_ROUGH:
+        yield Objection(
+            f"the lines stay {e.rms:.2f} px from straight: the model does not fit them{or_center}",
+            fails=True,
+        )
+    elif e.bent > BENT:
+        yield Objection(
+            f"residuals above noise: lines stay bent by {e.bend:.2f} px, as this model cannot straighten them"
+            + ("" if e.second else "; --model division2 may")
+            + or_center
+        )
+    elif e.rough > (ROUGH if e.board else ROUGH_WITHOUT_BOARD):
+        yield Objection(
+            f"the edges are noisy: they lie {e.rms:.2f} px from straight lines; a sharper picture tells more"
+        )
+    if e.outlying > MANY_OUTLYING and not e.differing:
+        yield Objection(
+            f"{e.outlying:.0%} of the points do not follow their lines, and have hardly a say: is the pattern"
+            " flat, and the only one?"
+        )
+
+
+def _of_pattern(e: Evidence) -> Iterator[Objection]:
+    """Whether the lines are those of a pattern at all."""
+    if not e.board and e.rough > FAILED_WITHOUT_BOARD:
+        yield Objection(
+            f"no chessboard seen, and what look like lines stay {e.rms:.2f} px from straight:"
+            " show a chessboard or parallel lines",
+            fails=True,
+        )
+    elif not e.board and e.rough > ROUGH_WITHOUT_BOARD and e.explained < LITTLE_WITHOUT_BOARD:
+        yield Objection(
+            f"no chessboard seen, and what look like lines are {e.explained:.0%} of the edges and"
+            f" {e.rms:.2f} px from straight: show a chessboard or parallel lines",
+            fails=True,
+        )
+    if e.explained < FAILED_EXPLAINED:
+        yield Objection(
+            f"only {e.explained:.0%} of the edges lie on straight lines: show a chessboard or parallel lines",
+            fails=True,
+        )
+    elif e.explained < (LITTLE_EXPLAINED if e.board else LITTLE_WITHOUT_BOARD):
+        yield Objection(
+            f"only {e.explained:.0%} of the edges lie on straight lines: is this a pattern?"
+        )
+
+
+def _of_lambda(e: Evidence) -> Iterator[Objection]:
+    """Whether lambda is told, and differs from zero."""
+    if e.lam_sigma is None:
+        return
+    relative = e.lam_sigma / abs(e.lam) if e.lam else float("inf")
+    if abs(e.lam) < SIGNIFICANT * max(e.lam_sigma, FINEST / max(e.reach, 1.0) ** 3):
+        yield Objection("the distortion is within its uncertainty of zero")
+        if not e.board and (e.lines < FEW_LINES or e.explained < LITTLE_WITHOUT_BOARD):
+            yield Objection(
+                "no pattern seen that could tell: show a chessboard or parallel lines", fails=True
+            )
+    elif relative > WEAK_LAMBDA:
+        yield Objection(f"lambda is weakly determined (one standard deviation: {relative:.1%})")
+
+
+def _of_center(e: Evidence) -> Iterator[Objection]:
+    """Whether the centre is told, and lies where one may."""
+    if e.center_sigma is not None and e.center_sigma > WEAK_CENTER * e.short_side:
+        spread = f"one standard deviation: {e.center_sigma:.1f} px"
+        if e.center_sigma > UNKNOWN_CENTER * e.center_belief:
+            spread = "it may be anywhere near the middle"
+        yield Objection(
+            f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"
+        )
+    if e.astray > FAILED_ASTRAY:
+        yield Objection(
+            "the centre came out far from the middle of the picture: the lines do not tell it",
+            fails=True,
+        )
+    elif e.astray > ASTRAY:
+        yield Objection("the centre lies far from the middle of the picture: was it cropped?")
+
+
+def _of_fold(e: Evidence) -> Iterator[Objection]:
+    """Whether the model folds where something is seen."""
+    if e.fold_radius < NEAR_FOLD * e.reach:
+        yield Objection("lambda is at its bound: the model folds right behind the outermost points")
+    elif e.fold_radius <= e.content_radius:
+        yield Objection(
+            f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies beyond is"
+            " lost" + ("" if e.second else "; try --model division2")
+        )
