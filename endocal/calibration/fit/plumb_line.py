@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,56 +126,25 @@ def fit_model(
     trust = np.ones(len(points)) if trust is None else trust
     columns = np.empty((len(points), 0)) if growth is None else growth
     free = [i for i in range(len(start)) if not (held or (prior.fixed and i in (1, 2)))]
-    unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
-    root, pull = np.sqrt(trust), softness * PULL
     first = PointsOnLines(points, labels, trust, sides).under(start).residuals()
     weights = trust / (1 + trust * (first / softness) ** 2)
     lines = PointsOnLines(points, labels, weights, sides)
+    unit = np.array([radius**-2, 0.1 * radius, 0.1 * radius, radius**-4])[free]
+    steps = _Steps(lines, start, free, unit, columns, monotonic)
 
-    def params(x: Floats) -> Floats:
-        out = start.copy()
-        out[free] += x[: len(free)] * unit
-        if len(out) > 3 and monotonic > 0:
-            out[3] = np.clip(out[3], *second_range(out[0], monotonic))
-        return out
-
-    # The solver asks for slopes where it has just asked for residuals.
-    @lru_cache(maxsize=1)
-    def seen(*params: float) -> OnLines:
-        return lines.under(np.array(params))
-
-    def residuals(x: Floats) -> Floats:
-        return seen(*params(x)).residuals(columns @ x[len(free) :])
-
-    def slopes(x: Floats) -> Floats:
-        here, by_growth = residuals(x), seen(*params(x)).by_growth(columns)
-        steps = STEP * np.where(x < 0, -1.0, 1.0) * np.maximum(np.abs(x), 1.0)
-        ways = np.diag(steps)[: len(free)]
-        by_model = [(residuals(x + way) - here) / way.sum() for way in ways]
-        return np.concatenate([np.reshape(by_model, (-1, len(here))).T, by_growth], axis=1)
-
+    root, pull = np.sqrt(trust), softness * PULL
     units = np.append(unit, np.ones(columns.shape[1]))
-    spread = [np.inf, *prior.spread, np.inf]
-    spreads = np.append(np.array(spread)[free], np.full(columns.shape[1], GROWTH_SPREAD)) / units
-    believed = np.zeros(len(units))
-    believed[: len(free)] = (np.array([0.0, *prior.center, 0.0])[: len(start)] - start)[free] / unit
-
-    def loss(z: Floats) -> Floats:
-        """Cauchy's for residuals, squares for beliefs: a far one counts in full."""
-        n = len(points)
-        rho = np.stack([z, np.ones_like(z), np.zeros_like(z)])
-        weight = 1 / (1 + z[:n])
-        rho[:, :n] = np.log1p(z[:n]), weight, -(weight**2)
-        return rho
-
+    believed, spreads = _beliefs(prior, start, free, units)
     x = np.zeros(len(units))
     if len(x):
         x = least_squares(
-            lambda x: np.append(root * residuals(x), pull * (x - believed) / spreads),
+            lambda x: np.append(root * steps.residuals(x), pull * (x - believed) / spreads),
             x,
-            jac=lambda x: np.concatenate([root[:, None] * slopes(x), np.diag(pull / spreads)]),
+            jac=lambda x: np.concatenate(
+                [root[:, None] * steps.slopes(x), np.diag(pull / spreads)]
+            ),
             method="trf",
-            loss=loss,
+            loss=partial(_cauchy_then_squares, len(points)),
             f_scale=softness,
             x_scale="jac",
             bounds=_bounds(start[free] / unit, len(x)),
@@ -183,11 +152,74 @@ def fit_model(
             ftol=1e-9,
             max_nfev=rounds,
         ).x
-    r = residuals(x)
+    r = steps.residuals(x)
     belief = (pull / (spreads * units)) ** 2
     grown, sigma = x[len(free) :], robust_sigma(r)
-    plain = slopes(x) / units
-    return Fit(params(x), r, plain, free, belief, pull, grown, sigma, softness, trust, points)
+    plain = steps.slopes(x) / units
+    return Fit(steps.params(x), r, plain, free, belief, pull, grown, sigma, softness, trust, points)
+
+
+class _Steps:
+    """What the solver varies (k,), see ``fit_model``, and what the points make of it.
+
+    Steps from ``start``, in units ``unit`` of the ``free`` parameters, then how much there is of each growth.
+    """
+
+    def __init__(
+        self,
+        lines: PointsOnLines,
+        start: Floats,
+        free: list[int],
+        unit: Floats,
+        columns: Floats,
+        monotonic: float,
+    ) -> None:
+        self._start, self._free, self._unit = start, free, unit
+        self._columns, self._monotonic = columns, monotonic
+        # The solver asks for slopes where it has just asked for residuals.
+        self._under = lru_cache(maxsize=1)(lambda *params: lines.under(np.array(params)))
+
+    def params(self, x: Floats) -> Floats:
+        """The model's parameters (lam, cx, cy[, lam2])."""
+        out = self._start.copy()
+        out[self._free] += x[: len(self._free)] * self._unit
+        if len(out) > 3 and self._monotonic > 0:
+            out[3] = np.clip(out[3], *second_range(out[0], self._monotonic))
+        return out
+
+    def residuals(self, x: Floats) -> Floats:
+        """Those of the points (m,), px."""
+        return self._seen(x).residuals(self._columns @ x[len(self._free) :])
+
+    def slopes(self, x: Floats) -> Floats:
+        """The derivatives (m, k) of the residuals: by the model's parameters differences, by growth exact."""
+        here, by_growth = self.residuals(x), self._seen(x).by_growth(self._columns)
+        steps = STEP * np.where(x < 0, -1.0, 1.0) * np.maximum(np.abs(x), 1.0)
+        ways = np.diag(steps)[: len(self._free)]
+        by_model = [(self.residuals(x + way) - here) / way.sum() for way in ways]
+        return np.concatenate([np.reshape(by_model, (-1, len(here))).T, by_growth], axis=1)
+
+    def _seen(self, x: Floats) -> OnLines:
+        return self._under(*self.params(x))
+
+
+def _beliefs(prior: Prior, start: Floats, free: list[int], units: Floats) -> tuple[Floats, Floats]:
+    """What the solver's variables (k,) are believed to be, and the standard deviations (k,) of that."""
+    count = len(free)
+    spread = np.array([np.inf, *prior.spread, np.inf])[free]
+    spreads = np.append(spread, np.full(len(units) - count, GROWTH_SPREAD)) / units
+    middle = np.array([0.0, *prior.center, 0.0])[: len(start)]
+    believed = np.zeros(len(units))
+    believed[:count] = (middle - start)[free] / units[:count]
+    return believed, spreads
+
+
+def _cauchy_then_squares(count: int, z: Floats) -> Floats:
+    """The loss of ``count`` residuals, and of beliefs after them: a far one of these counts in full."""
+    rho = np.stack([z, np.ones_like(z), np.zeros_like(z)])
+    weight = 1 / (1 + z[:count])
+    rho[:, :count] = np.log1p(z[:count]), weight, -(weight**2)
+    return rho
 
 
 def _bounds(start: Floats, count: int) -> tuple[Floats, Floats]:
