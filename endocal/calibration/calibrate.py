@@ -8,19 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from .fit.measured import Refined, misfit_of_views
+from .fit.measured import Refined
+from .fit.pictures import distances, strangers
 from .fit.plumb_line import inlying, robust_sigma
 from .fit.refine import reach_of
 from .lens_fit import fit_lens
 from .methods.registry import method_named
 from .objective import task_of
 from .outcome import Workings, bare_outcome, outcome
-from .quality import ALIKE, OTHER_LENS, OUTLYING_PICTURE
+from .quality import DOUBTED_LENS, OTHER_LENS
 from .result import Calibration
 from .scene import Image, Scene, look_at
 from .search import Found
 from .spec import CalibrationSpec
-from .straightness import root_mean_square
+from .straightness import Floats, root_mean_square
 
 
 @dataclass(frozen=True)
@@ -72,18 +73,19 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
             silent += [number for i, number in enumerate(kept) if i not in pictures]
             kept = [kept[i] for i in pictures]
             continue
-        fits = _common_and_own(scene, refined, content) if len(pictures) > 1 else []
-        worst, misfit = _worst_picture(scene, fits, OTHER_LENS)
-        # Of two that differ nothing tells which is wrong.
-        if len(pictures) < 3 or misfit <= OUTLYING_PICTURE:
+        apart = _apart(scene, refined, content)
+        strange = strangers(apart, OTHER_LENS)
+        alike = len(kept) - len(strange)
+        # Where no more of them are alike than are strange, nothing tells which are wrong.
+        if not strange or alike <= len(images) - len(silent) - alike:
             break
-        # What the others show is looked at anew: the circle, too, may have been this one's.
-        del kept[worst]
+        # What the others show is looked at anew: the circle, too, may have been that of these.
+        kept = [number for i, number in enumerate(kept) if i not in strange]
     rms_of = {kept[picture]: _rms_of(scene, refined, picture) for picture in pictures}
     rms = tuple(rms_of.get(i) for i in range(len(images)))
     left_out = tuple(i for i in range(len(images)) if i not in (*kept, *silent))
-    stray, misfit = _worst_picture(scene, fits, ALIKE)
-    differing = kept[stray] + 1 if misfit > OUTLYING_PICTURE else 0
+    doubted = strangers(apart, DOUBTED_LENS)
+    differing = kept[doubted[0]] + 1 if doubted else 0
     calibration, workings = outcome(scene, spec, found, refined, differing)
     return Joint(calibration, workings, rms, left_out, tuple(sorted(silent)))
 
@@ -98,22 +100,15 @@ def _pictures(scene: Scene, refined: Refined) -> list[int]:
     return sorted({scene.views[view].picture for view in np.unique(refined.view)})
 
 
-def _common_and_own(scene: Scene, refined: Refined, content: float) -> list[tuple[float, float]]:
-    """For each view, its residual in px under the common model, and under one of its own."""
-    reach = reach_of(scene.views, scene.prior.center)
-    return misfit_of_views(refined, reach, scene.prior, content)
-
-
-def _worst_picture(
-    scene: Scene, fits: Sequence[tuple[float, float]], floor: float
-) -> tuple[int, float]:
-    """The picture that fits the common model worst, and how many times worse than one of its own.
-
-    Residuals of less than ``floor`` px count as that. With no ``fits``, of a single picture, once.
-    """
-    misfits = [max(common, floor) / max(own, floor) for common, own in fits] or [1.0]
-    worst = int(np.argmax(misfits))
-    return scene.views[worst].picture, misfits[worst]
+def _apart(scene: Scene, refined: Refined, content: float) -> Floats:
+    """How far apart, (p, p) in stated standard deviations, the pictures put the lens."""
+    pictures = np.array([view.picture for view in scene.views])[refined.view]
+    count = int(pictures.max()) + 1
+    if count == 1:
+        return np.zeros((1, 1))
+    return distances(
+        refined, pictures, reach_of(scene.views, scene.prior.center), scene.prior, content
+    )
 
 
 def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..board.pattern import clear_of_crossings, join_pieces, measured_once, on_board
 from ..measure.growth import growth_columns
@@ -225,20 +226,12 @@ def _fit(
     )
 
 
-def misfit_of_views(
-    refined: Refined, reach: float, prior: Prior, content: float
-) -> list[tuple[float, float]]:
-    """For each view, its robust residual in px under the common model, and under one of its own."""
-    out = []
-    for view in range(int(refined.view.max()) + 1):
-        own = refined.view == view
-        if not own.any():
-            out.append((0.0, 0.0))
-            continue
-        fit, m = refined.fit, refined.measured.take(own)
-        alone = _fit(m, fit.params, reach, prior, fit.softness, content)
-        out.append((robust_sigma(fit.residuals[own]), alone.sigma))
-    return out
+def fit_alone(
+    refined: Refined, chosen: NDArray[np.bool_], reach: float, prior: Prior, content: float
+) -> tuple[Fit, Measured]:
+    """Fit a model to some of the measured points alone, and return these, too."""
+    fit, part = refined.fit, refined.measured.take(chosen)
+    return _fit(part, fit.params, reach, prior, fit.softness, content), part
 
 
 def _joined(parts: Sequence[Measured]) -> tuple[Measured, Labels]:

@@ -121,8 +121,8 @@ def fit_model(
     ever less (Cauchy). With ``sides``, how far bright areas grow is fitted too: see ``residuals`` for lines
     seen from both sides; and whatever combination of ``growth``, columns (n, g) px, goes with all lines.
     The two-parameter model is kept from folding within ``monotonic`` px of the centre. ``trust`` (n,), 1 in
-    the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted. The solver
-    looks at ``rounds`` models at most.
+    the mean, weighs the points. With ``held`` the model stays as it is, and growth alone is fitted.
+    ``rounds``: how many models the solver looks at, at most.
     """
     trust = np.ones(len(points)) if trust is None else trust
     columns = np.empty((len(points), 0)) if growth is None else growth
