@@ -93,7 +93,7 @@ class Light:
         away = lines.from_crossings()
         clear = np.flatnonzero(away >= min(CROSSING, float(np.median(away))))
         clear = clear[:: max(1, len(clear) // ENOUGH_POINTS)]
-        places = [at[clear] for at in _beside(lines, params)]
+        places = [at[clear] for at in _beside(lines, _toward_bright(lines, params))]
         seen = lines.levels[clear, :2].T
         best, least_off = None, np.inf
         for power in POWERS:
@@ -121,29 +121,42 @@ class Light:
         return self.dark.usual + (self.bright.usual - self.dark.usual) * share
 
 
-def out_of_the_light(lines: Measured, drawn: Floats, params: Floats, light: Light) -> Measured:
+def out_of_the_light(
+    lines: Measured, drawn: Floats, widths: Floats, params: Floats, light: Light
+) -> Measured:
     """Return the points with what light draws them off taken away, and levels as in even light.
 
     ``drawn`` (count,) px^2: how far it draws those of each line, per share that it changes by in a px;
+    ``widths`` (count,) px: the standard deviation of all that blurs its edge where levels are read;
     ``params``: the model under which the lines run, see ``profiles.measure``.
     """
-    across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
-    off = np.einsum("ij,ij->i", light.change(lines.points), across) * drawn[lines.labels]
-    off = np.clip(off, -MOST_OFF, MOST_OFF)
-    sides = zip(lines.levels.T[:2], _beside(lines, params), strict=True)
-    levels = [light.evened(level, places) for level, places in sides]
+    bright = _toward_bright(lines, params)
+    change = np.einsum("ij,ij->i", light.change(lines.points), bright)
+    off = np.clip(change * drawn[lines.labels], -MOST_OFF, MOST_OFF)
+    # A blurred edge is higher on both sides where the light grows across it. By as much levels would seem to
+    # depend on where the light is, and growth, fitted by them, would undo what is taken off here.
+    width = widths[lines.labels]
+    tail = BESIDE / width
+    higher = width * np.exp(-0.5 * tail**2) / np.sqrt(2 * np.pi) / (2 * ndtr(tail) - 1)
+    higher *= change * light.height(lines.points)
+    sides = zip(lines.levels.T[:2], _beside(lines, bright), strict=True)
+    levels = [light.evened(level - higher, places) for level, places in sides]
     white = light.bright.level(lines.points)
     return replace(
         lines,
-        points=lines.points - off[:, None] * across,
+        points=lines.points - off[:, None] * bright,
         levels=np.stack([*levels, white], axis=1),
     )
 
 
-def _beside(lines: Measured, params: Floats) -> tuple[Floats, Floats]:
-    """Where the levels of the dark and of the bright sides were read, (n, 2) px each."""
+def _toward_bright(lines: Measured, params: Floats) -> Floats:
+    """Unit vectors (n, 2) across the lines, toward the bright side of each point."""
     across = normals_of(lines.points, lines.labels, lines.points, lines.labels, params)
-    bright = across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
+    return across * (leading(lines.points, lines.labels, across) * lines.sides)[:, None]
+
+
+def _beside(lines: Measured, bright: Floats) -> tuple[Floats, Floats]:
+    """Where the levels of the dark and of the bright sides were read, (n, 2) px each."""
     return lines.points - BESIDE * bright, lines.points + BESIDE * bright
 
 

@@ -17,7 +17,7 @@ from endocal.calibration.measure.light import (
     out_of_the_light,
     steepest_drawn,
 )
-from endocal.calibration.measure.profiles import SMOOTHING, Measured, measure, smoothed
+from endocal.calibration.measure.profiles import BETWEEN, SMOOTHING, Measured, measure, smoothed
 
 SIZE = 260
 FLAT = np.array([-1e-9, 129.5, 129.5])
@@ -59,16 +59,18 @@ def off(m: Measured) -> np.ndarray:
     return (m.points[:, 0] - np.array(AT)[m.labels] - SLANT * m.points[:, 1]) / np.hypot(1, SLANT)
 
 
-def drawn(blur: float, steps: bool) -> np.ndarray:
+def mended_by(light: Light, lines: Measured, blur: float, steps: bool = False) -> Measured:
     blurs = np.full(len(AT), blur)
-    return fitted_drawn(blurs) if steps else steepest_drawn(blurs, SMOOTHING)
+    drawn = fitted_drawn(blurs) if steps else steepest_drawn(blurs, SMOOTHING)
+    widths = np.sqrt(blurs**2 + SMOOTHING**2 + BETWEEN)
+    return out_of_the_light(lines, drawn, widths, FLAT, light)
 
 
 @pytest.mark.parametrize("blur", [0.8, 1.4, 2.0])
 @pytest.mark.parametrize("steps", [False, True], ids=["steepest", "fitted"])
 def test_what_light_draws_is_taken_off(blur: float, steps: bool) -> None:
     lines = seen(blur, steps)
-    mended = out_of_the_light(lines, drawn(blur, steps), FLAT, Light.of(lines, FLAT))
+    mended = mended_by(Light.of(lines, FLAT), lines, blur, steps)
     # Where the profiles lie between the pixels moves points by some thousandths of a px to and fro.
     before, after = (np.bincount(m.labels, off(m)) for m in (lines, mended))
     # To the left, where the light is, whichever side of the edge is bright.
@@ -109,8 +111,8 @@ def test_a_veil_over_both_sides_is_no_light(gamma: float) -> None:
     found = Light.of(veiled, FLAT).change(lines.points)
     # The parabola's power is told worse through it: a tenth of what the veil hides of the change at most.
     assert np.abs(found - change).max() < 0.1 * np.abs(change).max()
-    alone = out_of_the_light(lines, drawn(1.0, False), FLAT, Light.of(lines, FLAT))
-    mended = out_of_the_light(veiled, drawn(1.0, False), FLAT, Light.of(veiled, FLAT))
+    alone = mended_by(Light.of(lines, FLAT), lines, 1.0)
+    mended = mended_by(Light.of(veiled, FLAT), veiled, 1.0)
     np.testing.assert_allclose(mended.points, alone.points, atol=0.002)
     np.testing.assert_allclose(mended.levels - 100.0, alone.levels, atol=3.0)
 
@@ -130,18 +132,20 @@ def test_a_lamps_light_is_told(power: float) -> None:
     assert np.abs(found - change).max() < 0.02 * np.abs(change).max()
 
 
-def test_levels_are_those_of_even_light() -> None:
+@pytest.mark.parametrize(("blur", "gamma"), [(0.6, 2.0), (2.0, 1.0)])
+def test_levels_are_those_of_even_light(blur: float, gamma: float) -> None:
     """Read beside an edge they say where the light is, which draws edges of both kinds one way."""
-    # So sharp that 4 px beside an edge nothing is left of it.
-    lines = seen(0.6, gamma=2.0)
-    mended = out_of_the_light(lines, drawn(0.6, False), FLAT, Light.of(lines, FLAT))
+    lines = seen(blur, gamma=gamma)
+    mended = mended_by(Light.of(lines, FLAT), lines, blur)
     toward = np.sign(np.gradient(lines.points[:, 1])) * lines.sides  # the light is where x is less
     for before, after in zip(lines.levels.T[:2], mended.levels.T[:2], strict=True):
         lit, unlit = toward > 0, toward < 0
         gap_before, gap_after = (v[lit].mean() - v[unlit].mean() for v in (before, after))
         assert np.ptp(after) < 0.1 * np.ptp(before)
         assert abs(gap_after) < 0.25 * abs(gap_before)
-    np.testing.assert_allclose(mended.levels[:, 2], 230 * light(*lines.points.T) ** 0.5, rtol=0.02)
+    np.testing.assert_allclose(
+        mended.levels[:, 2], 230 * light(*lines.points.T) ** (1 / gamma), rtol=0.05
+    )
 
 
 def test_highlights_tell_nothing_of_it() -> None:
@@ -158,7 +162,7 @@ def test_where_hardly_any_light_is_left_it_draws_its_way_and_not_far() -> None:
     x, y = lines.points.T
     lit = np.maximum(1 - 1.3 * ((x + 10) ** 2 + (y - 120) ** 2) / 270**2, 0.02)
     dark = replace(lines, levels=lines.levels * [1, 0, 1] + np.outer(200 * lit, [0, 1, 0]))
-    mended = out_of_the_light(dark, drawn(2.0, False), FLAT, Light.of(dark, FLAT))
+    mended = mended_by(Light.of(dark, FLAT), dark, 2.0)
     moved = mended.points[:, 0] - x
     # All to the right, away from the light, by no more than is believed of it.
     assert moved.min() > 0
@@ -168,6 +172,6 @@ def test_where_hardly_any_light_is_left_it_draws_its_way_and_not_far() -> None:
 def test_even_light_moves_nothing() -> None:
     lines = seen(1.0)
     even = replace(lines, levels=np.tile([30.0, 230.0, 230.0], (len(lines.points), 1)))
-    mended = out_of_the_light(even, drawn(1.0, False), FLAT, Light.of(even, FLAT))
+    mended = mended_by(Light.of(even, FLAT), even, 1.0)
     np.testing.assert_allclose(mended.points, lines.points, atol=1e-9)
     np.testing.assert_allclose(mended.levels, even.levels)
