@@ -17,7 +17,7 @@ from ..measure.bent import out_of_the_bend
 from ..measure.light import Light, fitted_drawn, out_of_the_light, steepest_drawn
 from ..measure.matched import blurs, measure_matched
 from ..measure.own_rows import on_own_rows
-from ..measure.profiles import BETWEEN, SMOOTHING, Measured, measure, smoothed
+from ..measure.profiles import SMOOTHING, Measured, measure, smoothed
 from ..straightness import Floats, Labels
 from .end_rows import end_rows, new_lines
 
@@ -90,10 +90,10 @@ def measured_again(
     if len(again.points) < FEWEST_POINTS:
         return again
     blur = blurs(view.smooth, again, params)
-    drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING)
     again = out_of_the_bend(again, blur**2 + SMOOTHING**2, params)
-    widths = np.sqrt(blur**2 + SMOOTHING**2 + BETWEEN)
-    again = out_of_the_light(again, drawn, widths, params, Light.of(again, params))
+    light = Light.of(again, params)
+    drawn = fitted_drawn(blur) if noisy else steepest_drawn(blur, SMOOTHING, light.gamma)
+    again = out_of_the_light(again, drawn, blur, SMOOTHING, params, light)
     return _on_own_rows(view, again, params)
 
 

@@ -4,6 +4,11 @@ Light that changes by a share ``a`` of itself for each px, across an edge that i
 optics and smoothed by s, moves its steepest place by a (b^2 + s^2) toward the light, whichever side of the
 edge is bright: lines seen from both sides do not tell. All lines then seem a little more bent. And grey
 levels, read some px beside an edge, are higher on the side of the light, whatever the edge is.
+
+Where a camera shows the light to the power 1 / gamma, what one sees changes by a / gamma. Blur has done its
+part before: it moves the edge, as it is shown, by a b^2 still, that is by gamma b^2 for a share of what one
+sees; but what of b^2 comes from the levels' slope along the blurred edge is as it was. In all (2 - gamma) b^2
++ s^2.
 """
 
 from __future__ import annotations
@@ -22,7 +27,7 @@ from .step_edge import NARROWEST, WIDEST, WINDOW
 # a camera shows a power of it. One is fitted to the levels beside so many points in so many rounds; what lies
 # so many usual deviations beside it, as highlights do, counts ever less. Another power must leave less by
 # this share; less than so many grey levels is nothing.
-POWERS = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3, 1.5, 2.0, 2.5, -1 / 2, -1.0, -2.0)
+POWERS = (1.0, 1 / 1.5, 1 / 2, 1 / 2.5, 1 / 3, 1.5, 2.0, 2.5, 4.0, 6.0, -1 / 2, -1.0, -2.0)
 BETTER = 0.98
 FINEST = 0.05
 ENOUGH_POINTS, ROUNDS, SOFTNESS = 4000, 6, 2.0
@@ -87,6 +92,15 @@ class Light:
     dark: Shade
     least: float
 
+    @property
+    def gamma(self) -> float:
+        """Of the camera, as the light tells it.
+
+        It brightens, if anything: a light that falls off faster than a parabola, as cosines to the fourth do,
+        is likelier than a camera that darkens, and one over a parabola is a lamp's.
+        """
+        return 1 / self.bright.power if 0 < self.bright.power < 1 else 1.0
+
     @classmethod
     def of(cls, lines: Measured, params: Floats) -> Light:
         """Tell it from both sides of edges of one sheet; ``params`` as ``profiles.measure`` takes them."""
@@ -122,25 +136,33 @@ class Light:
 
 
 def out_of_the_light(
-    lines: Measured, drawn: Floats, widths: Floats, params: Floats, light: Light
+    lines: Measured,
+    drawn: Floats,
+    blur: Floats,
+    smoothing: Floats | float,
+    params: Floats,
+    light: Light,
 ) -> Measured:
     """Return the points with what light draws them off taken away, and levels as in even light.
 
     ``drawn`` (count,) px^2: how far it draws those of each line, per share that it changes by in a px;
-    ``widths`` (count,) px: the standard deviation of all that blurs its edge where levels are read;
-    ``params``: the model under which the lines run, see ``profiles.measure``.
+    ``blur`` (count,) and ``smoothing`` px, (count,) or one: what made the edges as
+    wide as they are where levels are read; ``params``: the model under which the lines run, see
+    ``profiles.measure``.
     """
     bright = _toward_bright(lines, params)
     change = np.einsum("ij,ij->i", light.change(lines.points), bright)
     off = np.clip(change * drawn[lines.labels], -MOST_OFF, MOST_OFF)
     # A blurred edge is higher on both sides where the light grows across it. By as much levels would seem to
     # depend on where the light is, and growth, fitted by them, would undo what is taken off here.
-    width = widths[lines.labels]
+    width = np.sqrt(blur**2 + smoothing**2 + BETWEEN)
     tail = BESIDE / width
-    higher = width * np.exp(-0.5 * tail**2) / np.sqrt(2 * np.pi) / (2 * ndtr(tail) - 1)
-    higher *= change * light.height(lines.points)
+    slope = np.exp(-0.5 * tail**2) / (np.sqrt(2 * np.pi) * width)
+    before_gamma = (light.gamma - 1) * blur**2
+    higher = (width**2 + before_gamma) * slope / (2 * ndtr(tail) - 1)
+    level_off = higher[lines.labels] * change * light.height(lines.points)
     sides = zip(lines.levels.T[:2], _beside(lines, bright), strict=True)
-    levels = [light.evened(level - higher, places) for level, places in sides]
+    levels = [light.evened(level - level_off, places) for level, places in sides]
     white = light.bright.level(lines.points)
     return replace(
         lines,
@@ -179,13 +201,19 @@ def _parabola(columns: Floats, values: Floats) -> Floats:
     return np.asarray(terms)
 
 
-def steepest_drawn(blur: Floats, smoothing: Floats | float) -> Floats:
-    """How far, px^2, light draws the steepest places of edges of this ``blur``, smoothed, px."""
-    return np.asarray(blur**2 + smoothing**2 + DIFFERENCES + BETWEEN)
+def steepest_drawn(blur: Floats, smoothing: Floats | float, gamma: float) -> Floats:
+    """How far, px^2, light draws the steepest places of edges of this ``blur``, smoothed, px.
+
+    ``gamma``: the camera's.
+    """
+    return np.asarray((2 - gamma) * blur**2 + smoothing**2 + DIFFERENCES + BETWEEN)
 
 
 def fitted_drawn(blur: Floats) -> Floats:
-    """How far, px^2, light draws what ``step_edge.fit_steps`` fits to edges of this ``blur``, px."""
+    """How far, px^2, light draws what ``step_edge.fit_steps`` fits to edges of this ``blur``, px.
+
+    Gamma makes an edge lopsided, and what that does to the fit outweighs what it does to the light.
+    """
     return np.array([_fitted_drawn(float(b)) for b in blur])
 
 

@@ -81,9 +81,8 @@ def measure_matched(
     whole = out_of_the_bend(whole, blur**2 + size**2, params)
     if light is not None:
         # Levels are read on the picture as smoothed for the line.
-        whole = out_of_the_light(
-            whole, steepest_drawn(blur, size), np.sqrt(blur**2 + size**2 + BETWEEN), params, light
-        )
+        drawn = steepest_drawn(blur, size, light.gamma)
+        whole = out_of_the_light(whole, drawn, blur, size, params, light)
     whole, left = put_back(whole, widths[numbers], params, steepness, room[numbers])
     return on_their_edges(whole, widths[numbers][left], params)
 

@@ -17,7 +17,7 @@ from endocal.calibration.measure.light import (
     out_of_the_light,
     steepest_drawn,
 )
-from endocal.calibration.measure.profiles import BETWEEN, SMOOTHING, Measured, measure, smoothed
+from endocal.calibration.measure.profiles import SMOOTHING, Measured, measure, smoothed
 
 SIZE = 260
 FLAT = np.array([-1e-9, 129.5, 129.5])
@@ -59,11 +59,13 @@ def off(m: Measured) -> np.ndarray:
     return (m.points[:, 0] - np.array(AT)[m.labels] - SLANT * m.points[:, 1]) / np.hypot(1, SLANT)
 
 
-def mended_by(light: Light, lines: Measured, blur: float, steps: bool = False) -> Measured:
+def mended_by(
+    light: Light, lines: Measured, blur: float, steps: bool = False, gamma: float | None = None
+) -> Measured:
     blurs = np.full(len(AT), blur)
-    drawn = fitted_drawn(blurs) if steps else steepest_drawn(blurs, SMOOTHING)
-    widths = np.sqrt(blurs**2 + SMOOTHING**2 + BETWEEN)
-    return out_of_the_light(lines, drawn, widths, FLAT, light)
+    gamma = light.gamma if gamma is None else gamma
+    drawn = fitted_drawn(blurs) if steps else steepest_drawn(blurs, SMOOTHING, gamma)
+    return out_of_the_light(lines, drawn, blurs, SMOOTHING, FLAT, light)
 
 
 @pytest.mark.parametrize("blur", [0.8, 1.4, 2.0])
@@ -76,6 +78,42 @@ def test_what_light_draws_is_taken_off(blur: float, steps: bool) -> None:
     # To the left, where the light is, whichever side of the edge is bright.
     assert np.all(before < 0)
     assert np.all(np.abs(after) < 0.25 * np.abs(before).max())
+
+
+@pytest.mark.parametrize("blur", [1.2, 1.6])
+def test_blur_comes_before_a_cameras_gamma(blur: float) -> None:
+    """Edges of both kinds, by turns: what gamma makes bright areas grow by cancels in their mean."""
+
+    def mean_off(m: Measured) -> float:
+        rows = [(m.sides == side) & (m.labels == line) for side in (-1, 1) for line in (1, 2, 3)]
+        return float(np.mean([off(m)[row].mean() for row in rows]))
+
+    lines = seen(blur, gamma=2.2)
+    light = Light.of(lines, FLAT)
+    assert light.gamma == pytest.approx(2.2, rel=0.15)
+    told, blind = (mean_off(mended_by(light, lines, blur, gamma=g)) for g in (None, 1.0))
+    # Where profiles lie between the pixels moves points by a thousandth of a px, without gamma, too.
+    plain = seen(blur)
+    least = mean_off(mended_by(Light.of(plain, FLAT), plain, blur))
+    assert abs(told - least) < 0.3 * abs(blind - least)
+
+
+def test_light_that_falls_faster_than_a_parabola_is_no_gamma() -> None:
+    """Cosines to the fourth, of an angle of 40 degrees at the farthest point."""
+    lines = seen(1.0)
+    across = np.gradient(lines.points[:, 1]) * lines.sides
+
+    def angle(way: float) -> np.ndarray:
+        x, y = (lines.points + np.stack([way * across, 0 * across], axis=1)).T
+        return np.deg2rad(40) * np.hypot(x + 10, y - 120) / 270
+
+    dark, bright = (np.cos(angle(way)) ** 4 for way in (4, -4))
+    levels = np.stack([30 * dark, 230 * bright, 230 * bright], axis=1)
+    found = Light.of(replace(lines, levels=levels), FLAT)
+    assert found.gamma == 1.0
+    np.testing.assert_allclose(
+        found.bright.level(lines.points), 230 * np.cos(angle(0)) ** 4, rtol=0.02
+    )
 
 
 def test_the_change_of_light_is_told_by_the_bright_sides() -> None:
@@ -111,8 +149,8 @@ def test_a_veil_over_both_sides_is_no_light(gamma: float) -> None:
     found = Light.of(veiled, FLAT).change(lines.points)
     # The parabola's power is told worse through it: a tenth of what the veil hides of the change at most.
     assert np.abs(found - change).max() < 0.1 * np.abs(change).max()
-    alone = mended_by(Light.of(lines, FLAT), lines, 1.0)
-    mended = mended_by(Light.of(veiled, FLAT), veiled, 1.0)
+    alone = mended_by(Light.of(lines, FLAT), lines, 1.0, gamma=1.0)
+    mended = mended_by(Light.of(veiled, FLAT), veiled, 1.0, gamma=1.0)
     np.testing.assert_allclose(mended.points, alone.points, atol=0.002)
     np.testing.assert_allclose(mended.levels - 100.0, alone.levels, atol=3.0)
 
