@@ -223,7 +223,8 @@ def test_pictures_of_two_zoom_settings_are_doubted() -> None:
     assert "the 4 pictures do not go together" in joint.calibration.quality.reasons[0]
 
 
-@pytest.mark.parametrize("seed", range(900, 908))
+# Of the last one nothing is even: small squares fill all that is lit.
+@pytest.mark.parametrize("seed", [*range(900, 908), 5089])
 def test_random_boards_are_found_and_right(seed: int) -> None:
     scene = random_board(seed)
     result = calibrate(render_board(scene))

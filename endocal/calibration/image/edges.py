@@ -19,6 +19,8 @@ SMOOTHING = 1.5
 # Smoothed by this instead, px, a soft edge keeps most of its gradient, and white noise loses half of its own.
 # Noise that was itself smoothed, by up to 2 px, loses down to this share of what white noise loses.
 SMOOTHER, LEAST_LOSS = 2.0, 0.5
+# A pattern's strongest gradients are less than so many times what most of them would be as noise.
+STRONGEST = 3.0
 # An edge must stand out of the noise by this many standard deviations of the gradient ...
 NOISE_FACTOR = 5.0
 # ... and reach this share of the strongest gradient around it, so that dark corners keep their edges.
@@ -63,7 +65,10 @@ def find_edges_apart(picture: Picture) -> tuple[EdgePoints, EdgePoints]:
     smooth = _smoothed(picture.grey, SMOOTHING)
     dx, dy = _derivatives(smooth)
     magnitude = np.hypot(dx, dy)
-    threshold = _threshold(magnitude, picture.content, _noise(smooth, magnitude, picture.content))
+    noise = _noise(smooth, magnitude, picture.content)
+    if _is_pattern(magnitude, picture.content):
+        noise = min(noise, _white_noise(picture.grey, picture.content))
+    threshold = _threshold(magnitude, picture.content, noise)
     # In units of their threshold, since Canny takes one for all.
     chains = _canny(dx / threshold, dy / threshold)
     found = []
@@ -148,6 +153,33 @@ def _noise(smooth: Grey, magnitude: Grey, content: Mask) -> float:
     loss = math.sqrt(1 + (a / b) ** 2 - 8 * (a / (a + b)) ** 2)
     by_loss = _of_most(np.hypot(*_derivatives(lost)), content) / (LEAST_LOSS * loss)
     return min(_of_most(magnitude, content), by_loss)
+
+
+def _is_pattern(magnitude: Grey, content: Mask) -> bool:
+    """Whether small soft squares fill the content: gradients everywhere, and none much stronger than most.
+
+    Those of noise, however smooth, follow Rayleigh's distribution, whose 0.999 quantile is 3.7 sigma.
+    """
+    inside = magnitude[content]
+    if inside.size == 0:
+        return False
+    strongest = float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.999))
+    return strongest < STRONGEST * _of_most(magnitude, content)
+
+
+def _white_noise(grey: Grey, content: Mask) -> float:
+    """What ``_noise`` is where all noise is each pixel's own, as seen by what no blurred edge has.
+
+    By the mask of second differences both ways (Immerkaer, CVIU 1996), in the median.
+    """
+    mask = np.outer((1, -2, 1), (1, -2, 1)).astype(np.float32)
+    second = np.abs(cv2.filter2D(grey, cv2.CV_32F, mask, borderType=cv2.BORDER_REPLICATE))[content]
+    if second.size == 0:
+        return 0.0
+    # The squares of the mask add up to 36; the median of a normal's size is 0.6745 sigma.
+    sigma = float(np.median(second)) / (6 * 0.6745)
+    # That of a derivative of white noise smoothed by a Gaussian.
+    return sigma / (math.sqrt(8 * math.pi) * SMOOTHING**2)
 
 
 def _of_most(magnitude: Grey, content: Mask) -> float:

@@ -31,8 +31,9 @@ WIDTHS = np.arange(0.3, 0.95, 0.1)
 # A step is looked at so many px to both sides, and sought up to so far from its course, in such steps, px.
 REACH, FARTHEST, SPACING = 3.0, 0.8, 0.1
 SHIFTS = np.arange(-FARTHEST, FARTHEST + SPACING / 2, SPACING)
-# So many columns to both sides are looked at with each, at least and at most.
-FEWEST, MOST = 2, 12
+# So many columns to both sides are looked at with each, at least and at most. Between two rows a wide step
+# passes for a sharp one elsewhere: to tell the width it takes all of a wave.
+FEWEST, MOST, MOST_FOR_WIDTH = 2, 12, 100
 # At the ends of an edge so many columns are a corner's.
 CORNER = 1
 # A line runs smoothly: as its points do, but for a polynomial of this degree.
@@ -58,10 +59,10 @@ def on_own_rows(grey: Grey, first: int, lines: Measured, params: Floats) -> Meas
     course = _smooth_course(lines, across, params)[chosen]
     edges = np.cumsum(lines.edge_starts(), dtype=np.intp)[chosen]
     pixels = _Pixels.near(grey, first, course, across[chosen])
-    windows = _Windows.of(edges, across[chosen])
-    width = _width(pixels, windows)
+    width = _width(pixels, _Windows.of(edges, across[chosen], MOST_FOR_WIDTH))
     if width == WIDTHS[-1]:
         return lines
+    windows = _Windows.of(edges, across[chosen], MOST)
     offsets, told = _fitted(pixels, windows, width)
     points, information = lines.points.copy(), lines.information.copy()
     points[chosen] = course + offsets[:, None] * across[chosen]
@@ -119,15 +120,18 @@ class _Windows:
     end: Labels
 
     @classmethod
-    def of(cls, edges: Labels, across: Floats) -> _Windows:
-        """So many on the same one of ``edges`` (n,) that it crosses from row to row, where they can."""
+    def of(cls, edges: Labels, across: Floats, most: int) -> _Windows:
+        """So many on the same one of ``edges`` (n,) that it crosses from row to row, where they can.
+
+        To each side no more than ``most``.
+        """
         here = np.arange(len(edges))
         begins = np.flatnonzero(np.diff(edges, prepend=-1))
         length = np.diff(begins, append=len(edges))
         corner = np.minimum(CORNER, (length - 1) // 2)
         low, high = (np.repeat(x, length) for x in (begins + corner, begins + length - corner))
         wave = APART * np.abs(across[:, 1]) / np.maximum(np.abs(across[:, 0]), 1e-9)
-        half = np.clip(np.rint(wave / 2), FEWEST, MOST).astype(np.intp)
+        half = np.clip(np.rint(wave / 2), FEWEST, most).astype(np.intp)
         start = np.clip(here - half, low, high - 1)
         return cls(start, np.clip(here + half + 1, start + 1, high))
 
@@ -154,10 +158,16 @@ def _fitted(pixels: _Pixels, windows: _Windows, width: float) -> tuple[Floats, F
 
 def _width(pixels: _Pixels, windows: _Windows) -> float:
     """The one of WIDTHS at which steps leave least of the squares of all windows."""
-    offsets, _ = _fitted(pixels, windows, float(np.median(WIDTHS)))
-    there = replace(pixels, away=pixels.away - offsets[:, None])
-    left = [_left(there, windows, width, np.zeros(1)).sum() for width in WIDTHS]
-    return float(WIDTHS[np.argmin(left)])
+    width = float(np.median(WIDTHS))
+    for _ in WIDTHS:
+        # Steps of a wrong width lie at places that suit it: they are sought again with each.
+        offsets, _ = _fitted(pixels, windows, width)
+        there = replace(pixels, away=pixels.away - offsets[:, None])
+        left = [_left(there, windows, other, np.zeros(1)).sum() for other in WIDTHS]
+        before, width = width, float(WIDTHS[np.argmin(left)])
+        if width == before:
+            break
+    return width
 
 
 def _left(pixels: _Pixels, windows: _Windows, width: float, shifts: Floats) -> Floats:

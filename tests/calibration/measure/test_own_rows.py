@@ -93,9 +93,13 @@ def test_information_is_what_noise_does() -> None:
     assert np.std(means) == pytest.approx(NOISE / np.sqrt(np.mean(told)), rel=0.35)
 
 
-def test_soft_and_steep_edges_stay_as_they_are() -> None:
-    soft = between_rows(field(0.1, 1.3), 0.1)
-    assert on_own_rows(field(0.1, 1.3), FIRST, soft, FLAT) is soft
+@pytest.mark.parametrize(("slope", "blur"), [(0.1, 1.3), (0.05, 1.06), (0.02, 1.06)])
+def test_soft_edges_stay_as_they_are(slope: float, blur: float) -> None:
+    soft = between_rows(field(slope, blur), slope)
+    assert on_own_rows(field(slope, blur), FIRST, soft, FLAT) is soft
+
+
+def test_steep_edges_stay_as_they_are() -> None:
     steep = lines(0.1)
     turned = Measured(
         steep.points[:, ::-1].copy(), steep.labels, steep.sides, steep.levels, steep.information
