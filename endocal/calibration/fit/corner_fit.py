@@ -15,13 +15,16 @@ from scipy.optimize import least_squares
 
 from ..board.lifted import Corners
 from ..straightness import LEAST_DENOMINATOR, Floats, Labels, root_mean_square
-from .plumb_line import Fit, Prior, robust_sigma
+from .plumb_line import LEAST_SIGMA, Fit, Prior, robust_sigma
 
 # A row or column counts from so many corners on, and boards with at least so many of both in all.
 FEWEST_CORNERS = 3
 FEWEST_ROWS = 6
 # So far off its row or column, as a share of the mean square, no corner lies that was numbered rightly.
 MOST_ASTRAY = 0.25
+# Nor does the farthest lie so many robust standard deviations off: of real lenses it is 11 at most, and 33
+# where a line was measured along something else.
+MOST_OUTLYING = 15.0
 # A fit to corners explains more than chance does from this on: so many times the corners' own variance, for
 # each parameter. Chance does so once in a hundred times.
 SIGNIFICANT = 4.0
@@ -139,7 +142,8 @@ def fit_corners(
     far out that all other distances shrink to nothing beside it.
     ``boards``: those of all views, in square px. The prior weighs as much as one line's evidence. The
     two-parameter model is kept from folding within ``monotonic`` px, too.
-    None where a board shows too few rows and columns, or one that a corner lies far off: it is another's.
+    None where a board shows too few rows and columns, or one that a corner lies far off, by the size of
+    squares or of what others are off: it is another's.
     """
     rows = _Rows.of(boards)
     if rows.lines.min() < FEWEST_ROWS or rows.astray(start) > MOST_ASTRAY:
@@ -151,7 +155,10 @@ def fit_corners(
         before, rms = rms, root_mean_square(rows.off(params))
         if rms > SETTLED * before:
             break
-    return _as_fit(rows, params, prior), rows.line
+    fit = _as_fit(rows, params, prior)
+    if np.abs(fit.residuals).max() > MOST_OUTLYING * max(fit.sigma, LEAST_SIGMA):
+        return None
+    return fit, rows.line
 
 
 def tell_apart(boards: Sequence[Corners], corners: tuple[Fit, Labels], before: Floats) -> bool:

@@ -180,3 +180,12 @@ def test_too_few_rows_and_columns_tell_nothing() -> None:
     assert fit_corners([board(corners)], START, PRIOR, 0.0) is None
     whole, nothing = board(seen(FISHEYE)), Corners(np.empty((0, 2)), np.empty((0, 2), np.intp))
     assert fit_corners([whole, nothing], START, PRIOR, 0.0) is None
+
+
+@pytest.mark.parametrize("astray", [0.0, 6.0])
+def test_a_corner_that_is_anothers_makes_none_be_taken(astray: float) -> None:
+    """A fifth of a square off, where others are off by 0.1 px."""
+    corners = seen(FISHEYE) + np.random.default_rng(6).normal(0, 0.1, (7, 9, 2))
+    corners[3, 4] += (astray, 0.0)
+    found = fit_corners([board(corners)], START, PRIOR, 0.0)
+    assert (found is None) == (astray > 0)
