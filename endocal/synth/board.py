@@ -193,7 +193,7 @@ def _onto_plane(
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1 / depth
         inverse[~(depth > 0)] = np.nan
-    return (a * ux + b * uy + c) * inverse, (d * ux + e * uy + f) * inverse
+        return (a * ux + b * uy + c) * inverse, (d * ux + e * uy + f) * inverse
 
 
 def _inverse(homography: Homography) -> Homography:

@@ -65,10 +65,7 @@ def find_edges_apart(picture: Picture) -> tuple[EdgePoints, EdgePoints]:
     smooth = _smoothed(picture.grey, SMOOTHING)
     dx, dy = _derivatives(smooth)
     magnitude = np.hypot(dx, dy)
-    noise = _noise(smooth, magnitude, picture.content)
-    if _is_pattern(magnitude, picture.content):
-        noise = min(noise, _white_noise(picture.grey, picture.content))
-    threshold = _threshold(magnitude, picture.content, noise)
+    threshold = _threshold(magnitude, picture.content, _noise(picture, smooth, magnitude))
     # In units of their threshold, since Canny takes one for all.
     chains = _canny(dx / threshold, dy / threshold)
     found = []
@@ -141,54 +138,52 @@ def _derivatives(smooth: Grey) -> tuple[Grey, Grey]:
     return np.asarray(dx, np.float32), np.asarray(dy, np.float32)
 
 
-def _noise(smooth: Grey, magnitude: Grey, content: Mask) -> float:
+def _noise(picture: Picture, smooth: Grey, magnitude: Grey) -> float:
     """The standard deviation that noise gives a derivative, grey levels per px; ``smooth`` is by SMOOTHING.
 
     Gradients are noise where the picture is even, and most of most pictures is. Small squares and soft edges
-    leave nothing even; but of them a little more smoothing takes hardly anything, and of noise much.
+    leave nothing even; but of them a little more smoothing takes hardly anything, and of noise much. And
+    where even the strongest gradients of all are not much stronger than most, as those of noise are, which
+    follow Rayleigh's distribution with its 0.999 quantile at 3.7 sigma, most are the pattern's.
     """
+    inside = _some(magnitude, picture.content)
+    if inside.size == 0:
+        return 0.0
+    most = _of_most(inside)
     lost = smooth - _smoothed(smooth, math.sqrt(SMOOTHER**2 - SMOOTHING**2))
     # Of white noise smoothed by a and b, derivatives have the covariance 4 / (a^2 + b^2)^2, but for a factor.
     a, b = SMOOTHING**2, SMOOTHER**2
     loss = math.sqrt(1 + (a / b) ** 2 - 8 * (a / (a + b)) ** 2)
-    by_loss = _of_most(np.hypot(*_derivatives(lost)), content) / (LEAST_LOSS * loss)
-    return min(_of_most(magnitude, content), by_loss)
+    by_loss = _of_most(_some(np.hypot(*_derivatives(lost)), picture.content)) / (LEAST_LOSS * loss)
+    noise = min(most, by_loss)
+    if float(np.quantile(inside, 0.999)) < STRONGEST * most:
+        noise = min(noise, _white_noise(picture))
+    return noise
 
 
-def _is_pattern(magnitude: Grey, content: Mask) -> bool:
-    """Whether small soft squares fill the content: gradients everywhere, and none much stronger than most.
-
-    Those of noise, however smooth, follow Rayleigh's distribution, whose 0.999 quantile is 3.7 sigma.
-    """
-    inside = magnitude[content]
-    if inside.size == 0:
-        return False
-    strongest = float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.999))
-    return strongest < STRONGEST * _of_most(magnitude, content)
-
-
-def _white_noise(grey: Grey, content: Mask) -> float:
+def _white_noise(picture: Picture) -> float:
     """What ``_noise`` is where all noise is each pixel's own, as seen by what no blurred edge has.
 
     By the mask of second differences both ways (Immerkaer, CVIU 1996), in the median.
     """
     mask = np.outer((1, -2, 1), (1, -2, 1)).astype(np.float32)
-    second = np.abs(cv2.filter2D(grey, cv2.CV_32F, mask, borderType=cv2.BORDER_REPLICATE))[content]
-    if second.size == 0:
-        return 0.0
+    second = cv2.filter2D(picture.grey, cv2.CV_32F, mask, borderType=cv2.BORDER_REPLICATE)
     # The squares of the mask add up to 36; the median of a normal's size is 0.6745 sigma.
-    sigma = float(np.median(second)) / (6 * 0.6745)
+    sigma = float(np.median(np.abs(_some(np.asarray(second), picture.content)))) / (6 * 0.6745)
     # That of a derivative of white noise smoothed by a Gaussian.
     return sigma / (math.sqrt(8 * math.pi) * SMOOTHING**2)
 
 
-def _of_most(magnitude: Grey, content: Mask) -> float:
-    """The standard deviation of a gradient's parts, where half of the content or more shows noise alone."""
-    inside = magnitude[content]
-    if inside.size == 0:
-        return 0.0
+def _of_most(magnitudes: Grey) -> float:
+    """The standard deviation of a gradient's parts, where half of ``magnitudes`` (n,) or more are noise."""
     # The lower quartile of a Rayleigh distribution is 0.7585 sigma.
-    return float(np.quantile(inside[:: max(1, inside.size // 100_000)], 0.25)) / 0.7585
+    return float(np.quantile(magnitudes, 0.25)) / 0.7585
+
+
+def _some(values: Grey, content: Mask) -> Grey:
+    """Values (h, w) inside the content, (n,), of so many that quantiles are told, 200 000 at most."""
+    inside = values[content]
+    return inside[:: max(1, inside.size // 100_000)]
 
 
 def _threshold(magnitude: Grey, content: Mask, noise: float) -> Grey:

@@ -181,8 +181,10 @@ def test_levels_are_those_of_even_light(blur: float, gamma: float) -> None:
         gap_before, gap_after = (v[lit].mean() - v[unlit].mean() for v in (before, after))
         assert np.ptp(after) < 0.1 * np.ptp(before)
         assert abs(gap_after) < 0.25 * abs(gap_before)
+    # 4 px beside a soft edge white is not quite what it is farther off.
+    white = 230 - 200 * ndtr(-4 / np.sqrt(blur**2 + SMOOTHING**2))
     np.testing.assert_allclose(
-        mended.levels[:, 2], 230 * light(*lines.points.T) ** (1 / gamma), rtol=0.05
+        mended.levels[:, 2], white * light(*lines.points.T) ** (1 / gamma), rtol=0.02
     )
 
 
