@@ -190,7 +190,8 @@ def _invert_radius(
         slope = ru * rd * (2 * lam + 4 * q * lam2) - 1
         with np.errstate(divide="ignore", invalid="ignore"):
             step = rd - value / slope
-        inside = (step > low) & (step < high)
+        # A step that rounding ends on the bound itself has arrived.
+        inside = (step >= low) & (step <= high)
         nearer = np.where(inside, step, (low + high) / 2)
         if np.all(np.abs(nearer - rd) <= 1e-13 * np.maximum(rd, 1)):
             rd = nearer

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,11 +186,17 @@ class Around:
         r *= STRIDE
         r += phi
         np.copyto(cells, r, casting="unsafe")
-        bending = np.abs(lams).astype(real.dtype)[..., None]
+        bending = np.abs(lams)
         if float(bending.max()) * self.farthest >= FOLDING:
-            past = bending * self.square >= FOLDING
-            np.copyto(cells, np.arange(ALONE, ALONE + shape[-1], dtype=np.int32), where=past)
+            self._part_folded(cells, np.broadcast_to(bending, magnifications.shape))
         return cells
+
+    def _part_folded(self, cells: Cells, bending: Floats) -> None:
+        """Give each point past a model's fold a cell of its own; ``bending`` (centres, m), px^-2."""
+        alone = np.arange(ALONE, ALONE + cells.shape[-1], dtype=np.int32)
+        for model in np.flatnonzero(bending.max(axis=0) * self.farthest >= FOLDING):
+            bent = bending[:, model, None].astype(self.square.dtype) * self.square[:, 0]
+            np.copyto(cells[:, model], alone, where=bent >= FOLDING)
 
 
 class Room:
@@ -203,7 +210,7 @@ class Room:
 
     def numbers(self, shape: tuple[int, ...]) -> tuple[Numbers, Numbers, Numbers, Cells]:
         """Four arrays of that shape, which hold anything; the last one lies where the first does."""
-        votes = int(np.prod(shape))
+        votes = math.prod(shape)
         a, b, c = self._numbers[:, :votes].reshape(3, *shape)
         return a, b, c, self._numbers[0].view(np.int32)[:votes].reshape(shape)
 
