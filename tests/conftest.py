@@ -23,6 +23,10 @@ ROOT = Path(__file__).resolve().parent.parent
 # Before numpy is loaded: as a command does, and so that two workers do not wait for each other's threads.
 limit_threads(0)
 
+# Commands that tests start as processes load what the first of them compiled, whatever this one was told.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 # No deadline: a machine under load is no failure. The same examples each time, so that CI repeats itself.
 hypothesis.settings.register_profile("endocal", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("endocal")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from .fit.uncertainty import NEAR_FOLD
 from .result import Quality
 
 # Fewer lines than FAILED_LINES fit anything; fewer than FEW_LINES leave no check.
@@ -46,8 +47,6 @@ LITTLE_WITHOUT_BOARD = 0.3
 # pictures of real lenses, none quite of the model, it is 5.5 at most, and 9.6 in any three of a set or more;
 # where one of them is enlarged by a quarter, that one's is 5.4 to 26, 14 in the median.
 OTHER_LENS, DOUBTED_LENS = 10.0, 6.0
-# The model's fold this near to the measured points, as a share of their radius.
-NEAR_FOLD = 1.02
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,10 @@ class Undistorted:
         # Columns that lie together: all that follows takes x and y apart.
         d = np.asfortranarray(points) - params[1:3]
         q = np.einsum("ij,ij->i", d, d)
-        denominator = np.maximum(1 + q * (params[0] + q * lam2), LEAST_DENOMINATOR)
-        return cls(d, d / denominator[:, None], q, denominator, params[0] + 2 * q * lam2)
+        denominator = 1 + q * (params[0] + q * lam2)
+        slope = np.where(denominator > LEAST_DENOMINATOR, params[0] + 2 * q * lam2, 0.0)
+        denominator = np.maximum(denominator, LEAST_DENOMINATOR)
+        return cls(d, d / denominator[:, None], q, denominator, slope)
 
     def scale(self, normals: Floats) -> Floats:
         """Undistorted px per distorted px, along the undistorted ``normals`` (n, 2)."""

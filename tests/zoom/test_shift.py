@@ -110,8 +110,13 @@ def test_a_table_that_tells_no_circles_has_no_shift() -> None:
     assert shift.value == (0.0, 0.0)
 
 
-def test_the_distortion_centre_goes_with_a_scope_that_is_loose_in_its_coupler() -> None:
+def test_the_distortion_centre_goes_with_a_scope_that_is_loose_in_its_coupler(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     clip = loose_clip(4, seconds=2.0)
+    frames = list(clip_frames(clip))
+    # Drawn once, and followed twice.
+    monkeypatch.setattr("endocal.benchmarks.zoom.clip_frames", lambda _: frames)
     followed, _ = follow_clip("followed", clip)
     table, _ = follow_clip("table", clip, spec=FollowSpec(follows_shift=False))
     assert table.visible_center[0] > 6

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...model import DivisionModel
 from ..straightness import Floats, Labels
 from .plumb_line import Fit
 from .shared_field import SharedField, mode_variances
 from .waves import Waves
+
+# The model's fold this near to the outermost points, as a share of their radius.
+NEAR_FOLD = 1.02
 
 
 def covariance(fit: Fit, labels: Labels) -> Floats:
@@ -20,8 +24,10 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
 
     The sandwich estimator of a robust fit, with the residuals' spectrum in the middle, and what the
     parameters take of a field that all lines share. What is not known of the growth counts, and what is
-    believed beforehand as the fit weighs it.
+    believed beforehand as the fit weighs it. Of a fit that ended at lambda's bound, what was believed.
     """
+    if at_bound(fit):
+        return _believed(fit)
     root = np.sqrt(fit.trust)
     # A parameter held at a bound moves nothing: its column is zero, and so is its variance. Growth that
     # moves next to nothing is known by what was believed of it, and must not drown the others.
@@ -55,3 +61,33 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     whole = inverse @ middle @ inverse / np.outer(unit, unit)
     free_count = len(fit.free)
     return np.asarray(whole[:free_count, :free_count])
+
+
+def at_bound(fit: Fit) -> bool:
+    """Whether a fit with a free centre ended where the model folds right behind the outermost points.
+
+    It slid down a valley there, which lies open on: how steep the valley's end is tells nothing.
+    """
+    lam2 = fit.params[3] if len(fit.params) > 3 else 0.0
+    fold = DivisionModel(fit.params[0], (0.0, 0.0), (1, 1), lam2=lam2).valid_radius
+    return {1, 2} <= set(fit.free) and fold < NEAR_FOLD * _reach(fit)
+
+
+def _believed(fit: Fit) -> Floats:
+    """The covariance (k, k) of the free parameters before any line was seen.
+
+    Of the centre that is the prior's; a lambda that is bounded by the outermost points goes with the centre's
+    distance from them.
+    """
+    centre = [fit.free.index(i) for i in (1, 2)]
+    spreads = np.zeros(len(fit.free))
+    spreads[centre] = fit.pull / np.sqrt(fit.belief[centre])
+    relative = float(np.hypot(*spreads[centre])) / _reach(fit)
+    for i, power in ((0, 2), (3, 4)):
+        if i in fit.free:
+            spreads[fit.free.index(i)] = power * relative * abs(fit.params[i])
+    return np.diag(spreads**2)
+
+
+def _reach(fit: Fit) -> float:
+    return float(np.linalg.norm(fit.points - fit.params[1:3], axis=1).max())

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -120,3 +122,19 @@ def test_growth_that_moves_next_to_nothing_takes_nothing_from_the_others() -> No
     alone, beside = (stated(fit, labels) for fit in fits)
     np.testing.assert_allclose(beside, alone, rtol=1e-3)
     assert np.all(alone > 0)
+
+
+def test_of_a_fit_at_lambdas_bound_what_was_believed_is_stated() -> None:
+    """How steep the end of a valley is tells nothing of how far it lies from the truth."""
+    points, labels, _ = line_points(TRUTH, count=24, seed=1)
+    fit = fitted(points, labels)
+    reach = float(np.linalg.norm(points - fit.params[1:3], axis=1).max())
+    folding = np.array([-1 / (1.01 * reach) ** 2, *fit.params[1:]])
+    assert np.all(stated(fit, labels)[1:] < np.array(PRIOR.spread) / 10)
+    sigma = stated(replace(fit, params=folding), labels)
+    assert sigma[1:] == pytest.approx(PRIOR.spread)
+    assert sigma[0] == pytest.approx(2 * np.hypot(*PRIOR.spread) / reach * -folding[0])
+    # A given centre leaves no such valley.
+    given = fitted(points, labels, Prior(tuple(fit.params[1:3]), (0.0, 0.0)))
+    held = replace(given, params=folding)
+    assert stated(held, labels) == pytest.approx(stated(given, labels), rel=0.2)
