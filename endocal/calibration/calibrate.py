@@ -86,7 +86,7 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
     left_out = tuple(i for i in range(len(images)) if i not in (*kept, *silent))
     doubted = strangers(apart, DOUBTED_LENS)
     differing = kept[doubted[0]] + 1 if doubted else 0
-    calibration, workings = outcome(scene, spec, found, refined, differing)
+    calibration, workings = outcome(scene, spec, found, refined, content, differing)
     return Joint(calibration, workings, rms, left_out, tuple(sorted(silent)))
 
 

@@ -12,6 +12,8 @@ from ..errors import CalibrationError, InputError
 from ..model import DivisionModel
 from .fit.measured import MODEL_HOLDS, Refined, departure_from_model
 from .fit.plumb_line import inlying
+from .fit.refine import reach_of
+from .fit.valley import with_valley
 from .lens_fit import farthest
 from .methods.registry import method_named
 from .quality import Evidence, judge
@@ -54,14 +56,21 @@ def bare_outcome(scene: Scene, spec: CalibrationSpec, found: Found) -> Calibrati
 
 
 def outcome(
-    scene: Scene, spec: CalibrationSpec, found: Found, refined: Refined, differing: int
+    scene: Scene,
+    spec: CalibrationSpec,
+    found: Found,
+    refined: Refined,
+    content: float,
+    differing: int,
 ) -> tuple[Calibration, Workings]:
     """What the refined model is worth: the calibration with its uncertainty and verdict, and the workings.
 
-    ``differing``: the picture, from 1, that goes with the others least; 0 if all do.
+    ``content``: the radius in px within which a second parameter may not fold the picture; ``differing``: the
+    picture, from 1, that goes with the others least; 0 if all do.
     """
     fit = refined.fit
-    full = refined.covariance
+    reach = reach_of(scene.views, scene.prior.center)
+    full = with_valley(refined, refined.covariance, reach, scene.prior, content)
     sigmas = np.sqrt(np.maximum(np.diag(full), 0))
     model = _model(scene, spec, fit.params)
     uncertainty = Uncertainty(

@@ -232,7 +232,10 @@ def _of_center(e: Evidence) -> Iterator[Objection]:
 def _of_fold(e: Evidence) -> Iterator[Objection]:
     """Whether the model folds where something is seen."""
     if e.fold_radius < NEAR_FOLD * e.reach:
-        yield Objection("lambda is at its bound: the model folds right behind the outermost points")
+        yield Objection(
+            f"lambda is at its bound: the model folds at {e.fold_radius:.0f} px, where the lines reach"
+            f" {e.reach:.0f} px"
+        )
     elif e.fold_radius <= e.content_radius:
         yield Objection(
             f"the model folds at {e.fold_radius:.0f} px, inside the visible content: what lies beyond is"

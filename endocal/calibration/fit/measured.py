@@ -17,7 +17,7 @@ from ..measure.profiles import Measured
 from ..straightness import Floats, Labels, residuals
 from .grid_fit import fit_grid
 from .misfit import Misfit, misfit, trust_by_magnification
-from .plumb_line import Fit, Prior, fit_model, folds, robust_sigma
+from .plumb_line import ALIKE, Fit, Prior, fit_model, folds, robust_sigma
 from .uncertainty import covariance
 from .view import View, measured_again, measured_in, with_end_rows
 
@@ -86,7 +86,8 @@ def fit_measured(
             part.take(measured_once(part) if board is None else board)
             for part, board in zip(whole, boards, strict=True)
         ]
-        everything, view_of = _joined([part.take(clear_of_crossings(part)) for part in parts])
+        clear = [part.take(clear_of_crossings(part)) for part in parts]
+        everything, view_of = _joined([part.take(telling(part)) for part in clear])
         if len(everything.points) == 0 or everything.labels.max() + 1 < FEWEST_LINES:
             return None
         few = everything.thinned(ENOUGH_POINTS)
@@ -111,6 +112,15 @@ def fit_measured(
     if on_a_board:
         return refined
     return replace(refined, fit=_weighted(everything, fit, reach, prior, content))
+
+
+def telling(measured: Measured) -> NDArray[np.bool_]:
+    """Which points (n,) are on lines of more points than a single one tells as much as.
+
+    A line with no more points than what is fitted to it is straight under any model; of what rounding leaves
+    of its residuals, slopes are differences.
+    """
+    return (np.bincount(measured.labels) > ALIKE)[measured.labels]
 
 
 def _noise(m: Measured, fit: Fit) -> float:

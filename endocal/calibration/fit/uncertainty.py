@@ -60,7 +60,7 @@ def covariance(fit: Fit, labels: Labels) -> Floats:
     middle += (pulled * mode_variances(waves, slow, left)) @ pulled.T
     whole = inverse @ middle @ inverse / np.outer(unit, unit)
     free_count = len(fit.free)
-    return np.asarray(whole[:free_count, :free_count])
+    return _within_belief(whole[:free_count, :free_count], fit)
 
 
 def at_bound(fit: Fit) -> bool:
@@ -70,7 +70,43 @@ def at_bound(fit: Fit) -> bool:
     """
     lam2 = fit.params[3] if len(fit.params) > 3 else 0.0
     fold = DivisionModel(fit.params[0], (0.0, 0.0), (1, 1), lam2=lam2).valid_radius
-    return {1, 2} <= set(fit.free) and fold < NEAR_FOLD * _reach(fit)
+    return _centre_is_free(fit) and fold < NEAR_FOLD * _reach(fit)
+
+
+def _within_belief(covariances: Floats, fit: Fit) -> Floats:
+    """A covariance (k, k) by which the centre is nowhere known less than it was beforehand.
+
+    Where it would be, that is taken for another measurement of it, and the other parameters go with it.
+    """
+    if not _centre_is_free(fit):
+        return covariances
+    centre = _centre_of(fit)
+    spreads = _spreads(fit)
+    for _ in range(2):
+        values, ways = np.linalg.eigh(
+            covariances[np.ix_(centre, centre)] / np.outer(spreads, spreads)
+        )
+        if values[-1] <= 1:
+            break
+        way = np.zeros(len(covariances))
+        way[centre] = ways[:, -1] / spreads
+        moved = covariances @ way
+        covariances = covariances - np.outer(moved, moved) * (values[-1] - 1) / values[-1] ** 2
+    return covariances
+
+
+def _centre_is_free(fit: Fit) -> bool:
+    return {1, 2} <= set(fit.free)
+
+
+def _centre_of(fit: Fit) -> list[int]:
+    """Where the centre is among the free parameters."""
+    return [fit.free.index(i) for i in (1, 2)]
+
+
+def _spreads(fit: Fit) -> Floats:
+    """One standard deviation, px (2,), of what was believed of the centre."""
+    return np.asarray(fit.pull / np.sqrt(fit.belief[_centre_of(fit)]), np.float64)
 
 
 def _believed(fit: Fit) -> Floats:
@@ -79,10 +115,9 @@ def _believed(fit: Fit) -> Floats:
     Of the centre that is the prior's; a lambda that is bounded by the outermost points goes with the centre's
     distance from them.
     """
-    centre = [fit.free.index(i) for i in (1, 2)]
     spreads = np.zeros(len(fit.free))
-    spreads[centre] = fit.pull / np.sqrt(fit.belief[centre])
-    relative = float(np.hypot(*spreads[centre])) / _reach(fit)
+    spreads[_centre_of(fit)] = _spreads(fit)
+    relative = float(np.hypot(*_spreads(fit))) / _reach(fit)
     for i, power in ((0, 2), (3, 4)):
         if i in fit.free:
             spreads[fit.free.index(i)] = power * relative * abs(fit.params[i])

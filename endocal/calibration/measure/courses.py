@@ -96,15 +96,28 @@ def _departures(
     normals = lines.normals[labels]
     off = np.einsum("ij,ij->i", normals, under.u) - lines.offsets[labels]
     off /= under.scale(normals)
+    # Where along the line: the nearest of its places, which are in order.
+    nearest = np.full(len(points), -1)
+    for line in np.unique(owner):
+        here, own = np.flatnonzero(owner == line), labels == line
+        nearest[own] = here[cKDTree(at[here]).query(points[own])[1]]
+    # Places since the line's first one, and a line's bins after those of the lines before.
+    since = np.arange(len(at)) - np.searchsorted(owner, owner)
+    bins = np.cumsum(since % FOLLOWED == 0) - 1
+    seen = nearest >= 0
+    known, middles = _medians(bins[nearest[seen]], off[seen])
     out = np.zeros(len(at))
-    for i in range(len(lines.offsets)):
-        here, own = owner == i, labels == i
-        if not here.any():
-            continue
-        # Where along the line: the nearest of its places, which are in order.
-        along = cKDTree(at[here]).query(points[own])[1]
-        bins = along // FOLLOWED
-        known = np.unique(bins)
-        middles = [np.median(off[own][bins == b]) for b in known]
-        out[here] = np.interp(np.arange(np.count_nonzero(here)), (known + 0.5) * FOLLOWED, middles)
+    for line in np.unique(owner):
+        here = owner == line
+        first = bins[here][0]
+        own = (known >= first) & (known <= bins[here][-1])
+        out[here] = np.interp(since[here], (known[own] - first + 0.5) * FOLLOWED, middles[own])
     return out
+
+
+def _medians(bins: Labels, values: Floats) -> tuple[Labels, Floats]:
+    """The bins that hold values (n,), and the median of each one's."""
+    order = np.lexsort((values, bins))
+    known, first, count = np.unique(bins[order], return_index=True, return_counts=True)
+    low, high = values[order[first + (count - 1) // 2]], values[order[first + count // 2]]
+    return known, (low + high) / 2

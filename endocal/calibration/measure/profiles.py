@@ -32,6 +32,8 @@ REACH, BESIDE = 3, 4
 # A profile counts where its edge has this share of the line's usual strength, this quantile: it has less near
 # a crossing, and none between the ends of bars.
 LEAST_STRENGTH, USUAL = 0.4, 0.75
+# What is fitted to each line apart: its place, its direction, how far its two sides' edges lie apart.
+FITTED_TO_A_LINE = 3
 # Between two edges of a line lies a gap of more than so many px.
 GAP = 3.0
 
@@ -109,11 +111,16 @@ class Measured:
         return away
 
     def thinned(self, most: int) -> Measured:
-        """Return every second, third, … point, so that about ``most`` remain."""
+        """Return every second, third, … point, so that about ``most`` remain.
+
+        A line of which no more remain than what is fitted to it would tell nothing, and is left out.
+        """
         step = len(self.points) // most
         if step < 2:
             return self
-        return self.take(np.arange(len(self.points)) % step == 0)
+        chosen = np.arange(len(self.points)) % step == 0
+        remaining = np.bincount(self.labels[chosen], minlength=int(self.labels.max()) + 1)
+        return self.take(chosen & (remaining > FITTED_TO_A_LINE)[self.labels])
 
 
 def smoothed(grey: Grey, size: float = SMOOTHING) -> Grey:
