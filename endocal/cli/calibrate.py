@@ -91,9 +91,10 @@ def command(
 
     if json and str(output) == "-":
         raise UsageError("--json and -o - both write to stdout: name an output file")
-    check_output(output, overwrite, images)
+    inputs = images if lines is None else [*images, lines]
+    check_output(output, overwrite, inputs)
     if page is not None:
-        check_page(page, output, overwrite, images, json)
+        check_page(page, output, overwrite, inputs, json)
     spec = CalibrationSpec(
         method=method,
         refine=refine,
