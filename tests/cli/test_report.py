@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import os
 import re
 import shutil
 import sys
@@ -333,6 +334,15 @@ def test_the_model_of_pixels_that_are_not_square(endocal: Runner, tmp_path: Path
     # A ray from the centre stays on its row.
     rows = np.nonzero(after.max(axis=(1, 2)) > 60)[0]
     assert abs(rows.mean() - (288.5 * scale - 0.5)) < 1
+
+
+def test_a_home_that_cannot_be_written_is_no_news(
+    endocal_process: Runner, sample_data: Path, tmp_path: Path
+) -> None:
+    page, table = tmp_path / "zoom.html", sample_data / "zoom.truth.toml"
+    env = {"HOME": os.devnull, "XDG_CONFIG_HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
+    done = endocal_process("report", table, "-o", page, env={**env, "MPLCONFIGDIR": ""})
+    assert (done.code, done.err) == (0, f"endocal: {page}: page of {table}\n")
 
 
 @pytest.mark.parametrize("name", [".", ""])
