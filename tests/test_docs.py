@@ -6,7 +6,9 @@ import contextlib
 import importlib
 import re
 import runpy
+import shlex
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,35 @@ def test_the_readme_is_right_about_python(
         exec(block, names)
         assert names["corrected"].shape == names["picture"].shape
         assert names["calibration"].quality.verdict == "good"
+
+
+def test_the_first_five_minutes_go_as_written(
+    endocal: Callable[..., Any], sample_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    readme = (ROOT / "README.md").read_text()
+    (section,) = re.findall(r"^## The first five minutes\n(.*?)^## ", readme, re.DOTALL | re.M)
+    commands = re.findall(r"^\$ (.*?)(?: +#.*)?$", section, re.MULTILINE)
+    assert commands[:2] == [
+        "make install && source .venv/bin/activate",
+        "cp -r sample_data /tmp/first && cd /tmp/first",
+    ]
+    monkeypatch.chdir(shutil.copytree(sample_data, tmp_path / "first"))
+    told = ""
+    for command in commands[2:]:
+        name, *words = shlex.split(command)
+        assert name == "endocal"
+        done = endocal(*words)
+        assert done.code == 0, done.err
+        told += done.err
+    # Another machine has another device and speed, and may round a last digit otherwise.
+    lines = re.findall(r"^endocal: .*?(?=, in \d| on |$)", section, re.MULTILINE)
+    assert len(lines) > 10
+    for line in lines:
+        assert _without_numbers(line) in _without_numbers(told)
+
+
+def _without_numbers(text: str) -> str:
+    return re.sub(r"[-+]?\d[\d.]*(e[-+]\d+)?", "#", text)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

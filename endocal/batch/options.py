@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import PurePath
 
 from ..errors import UsageError
+from ..jobs.page_place import check_page_name
 from ..jobs.zoom_log import LOG_SUFFIXES
 from ..report.figures import require_figures
 from ..video.encoder import EncoderChoice, check_names
@@ -23,6 +24,7 @@ def check_options(spec: BatchSpec) -> None:
             raise UsageError(f"{option} {suffix}: a zoom log is {', '.join(LOG_SUFFIXES)}")
     if spec.report is not None:
         require_figures()
+        check_page_name(f"x{spec.report}", f"--report {spec.report}")
     device = spec.correction.get("device", "auto")
     if spec.scheduler is None and device not in ("auto", "numpy"):
         from ..remap.engine import prepare_device

@@ -69,7 +69,8 @@ class Source:
     """How the calibration was made.
 
     ``options`` are the fields of CalibrationSpec that were not as by default, other than those that
-    ``method``, ``refined`` and the model tell: what it takes to make the same calibration again.
+    ``method``, ``refined`` and the model tell: what it takes to make the same calibration again. A model that
+    was asked for and not found is among them.
     """
 
     method: str = "hewg"

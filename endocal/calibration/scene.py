@@ -78,7 +78,7 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
         )
     views = [view for view in views if len(view.edges) > 0]
     square = (w * spec.pixel_aspect, float(h))
-    return Scene(views, _widest(boundaries), (w, h), square, _prior(spec, square), everywhere)
+    return Scene(views, _widest(boundaries), (w, h), square, _prior(spec, (w, h)), everywhere)
 
 
 def _check_fits(spec: CalibrationSpec, size: tuple[int, int]) -> None:
@@ -135,10 +135,15 @@ def _widest(boundaries: Sequence[Boundary | None]) -> Boundary | None:
     return max(seen, key=lambda b: b.visible) if seen else None
 
 
-def _prior(spec: CalibrationSpec, square: tuple[float, float]) -> Prior:
-    """The article's region for the centre, 0.1 W x 0.1 H, as two standard deviations either way."""
-    middle = ((square[0] - 1) / 2, (square[1] - 1) / 2)
-    spread = (square[0] * spec.center_region / 2, square[1] * spec.center_region / 2)
+def _prior(spec: CalibrationSpec, size: tuple[int, int]) -> Prior:
+    """The article's region for the centre, 0.1 W x 0.1 H, as two standard deviations either way.
+
+    ``size`` (width, height) is in the frame's own pixels.
+    """
+    # Between the first pixel's centre and the last one's, which lie at 0 and at w - 1 before x is stretched.
+    w, h = size
+    middle = (spec.pixel_aspect * (w - 1) / 2, (h - 1) / 2)
+    spread = (spec.pixel_aspect * w * spec.center_region / 2, h * spec.center_region / 2)
     if spec.center == "free":
         return Prior(middle, spread)
     if isinstance(spec.center, tuple):

@@ -91,9 +91,10 @@ def command(
 
     if json and str(output) == "-":
         raise UsageError("--json and -o - both write to stdout: name an output file")
-    check_output(output, overwrite, images)
+    inputs = images if lines is None else [*images, lines]
+    check_output(output, overwrite, inputs)
     if page is not None:
-        check_page(page, output, overwrite, images, json)
+        check_page(page, output, overwrite, inputs, json)
     spec = CalibrationSpec(
         method=method,
         refine=refine,
@@ -144,7 +145,9 @@ def _tell(calibration: Calibration, output: Path) -> None:
         if u.center_given:
             center = f"{x:.2f}, {y:.2f} px as given"
         note(f"lambda {lam:.5e} ± {u.lam:.1e} px^-2, centre {center}")
-    if model.lam2:
+    if model.lam2 and u is not None and u.lam2 is not None:
+        note(f"lambda2 {model.lam2:.5e} ± {u.lam2:.1e} px^-4")
+    elif model.lam2:
         note(f"lambda2 {model.lam2:.4e} px^-4")
     if quality is not None:
         if quality.rms is not None:

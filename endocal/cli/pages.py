@@ -24,13 +24,11 @@ Page = Annotated[
 def check_page(
     page: Path, output: Path, overwrite: bool, inputs: Sequence[Path], json: bool
 ) -> None:
-    """Refuse a page that shares its place with another file, exists, or cannot be made at all."""
-    from ..files import check_output
-    from ..report.figures import require_figures
+    """Refuse a page that shares its place with another file, must not go there, or cannot be made at all."""
+    from ..jobs.page_place import check_page_place
 
     if str(page) == "-" and (json or str(output) == "-"):
         raise UsageError("--report - shares stdout with another output: name a file")
     if str(page) != "-" and page.resolve() == output.resolve():
         raise UsageError(f"--report {page}: is also the output: give it another name")
-    require_figures()
-    check_output(page, overwrite, inputs)
+    check_page_place(page, overwrite, inputs)

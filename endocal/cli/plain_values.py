@@ -6,7 +6,6 @@ what it alone can convert or refuse goes to it. A typer that converts in another
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -22,11 +21,27 @@ def convert_plainly(command: Any, parent: Any = None) -> None:
     """Let the parameters of a command, and of those below it, convert what is plain by themselves."""
     context = typer.Context(command, parent=parent, **(command.context_settings or {}))
     for parameter in command.get_params(context):
+        _leave_reading_to_the_job(parameter)
         own = getattr(parameter, "get_runtime_param", None)
         if own is not None and hasattr(parameter, "type_descriptor"):
             parameter.get_runtime_param = lambda own=own: _Converter(own)
     for child in getattr(command, "commands", {}).values():
         convert_plainly(child, context)
+
+
+def _leave_reading_to_the_job(parameter: Any) -> None:
+    """Let a file that may not be read through: it fails as one that is missing does, in the words of the job.
+
+    To typer it is wrong usage; and it says the same of an output that is there, which nobody reads.
+    """
+    descriptor = getattr(parameter, "type_descriptor", None)
+    kinds: tuple[Any, Any] = (
+        getattr(parameter, "type", None),
+        getattr(descriptor, "parameter_info", None),
+    )
+    for kind in kinds:
+        if hasattr(kind, "readable"):
+            kind.readable = False
 
 
 class _Converter:
@@ -56,7 +71,7 @@ def _plain(value: Any, kind: type) -> Any:
         return value
     if not isinstance(value, str):
         return None
-    if kind is Path and (os.access(value, os.R_OK) or not os.path.exists(value)):
+    if kind is Path:
         return Path(value)
     if kind is int and _INT.fullmatch(value):
         return int(value)

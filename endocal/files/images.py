@@ -71,7 +71,10 @@ def read_picture_bytes(path: PathLike) -> bytes:
         with open(path, "rb") as file:
             start = file.read(SIGNATURE_BYTES)
             if start and not known_kind(start):
-                raise InputError(f"{name}: is not a PNG, JPEG, TIFF or BMP picture")
+                raise InputError(
+                    f"{name}: is not a PNG, JPEG, TIFF or BMP picture: convert it to one, or take a still of"
+                    " the recording"
+                )
             data = start + file.read(_MAX_BYTES)
     except FileNotFoundError:
         hint = ": a picture is not read from a pipe, write it to a file" if name == "-" else ""
@@ -93,7 +96,7 @@ def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False)
     With ``keep_alpha`` a picture that has transparency comes as (h, w, 4) BGRA.
     """
     if not data:
-        raise InputError(f"{name}: is empty")
+        raise InputError(f"{name}: is empty: take another copy of it")
     try:
         header = read_header(data)
     except InputError as error:
@@ -121,7 +124,9 @@ def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False)
             f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read"
         )
     if image.dtype not in (np.uint8, np.uint16):
-        raise InputError(f"{name}: has {image.dtype} pixels; 8 or 16 bit a channel are read")
+        raise InputError(
+            f"{name}: has {image.dtype} pixels: convert it to whole numbers of 8 or 16 bits a channel"
+        )
     if keep_alpha and image.ndim == 3 and image.shape[2] == 4 and not data.startswith(_OPAQUE):
         return np.ascontiguousarray(image)
     return without_alpha(image)

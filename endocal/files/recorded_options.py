@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from ..calibration.spec import MODELS
 from ..errors import InputError
 from . import writing as w
 from .section import Section
@@ -60,6 +61,10 @@ def _read_lines(section: Section, key: str) -> tuple[tuple[tuple[float, float], 
         ) from None
 
 
+def _read_model(section: Section, key: str) -> str:
+    return section.choice(key, MODELS)
+
+
 # Option -> how its value is read. The names are those of CalibrationSpec's fields.
 _READERS: dict[str, Callable[[Section, str], Any]] = {
     "center": _read_center,
@@ -70,4 +75,5 @@ _READERS: dict[str, Callable[[Section, str], Any]] = {
     "sobel": Section.integer,
     "roi": _read_roi,
     "lines": _read_lines,
+    "model": _read_model,
 }

@@ -90,7 +90,7 @@ def _decode(data: bytes, name: str) -> str:
     if len(data) > _MAX_BYTES:
         raise InputError(f"{name}: too large to be a calibration or zoom table")
     if not data.strip():
-        raise InputError(f"{name}: is empty")
+        raise InputError(f"{name}: is empty: take another copy of it, or calibrate anew")
     try:
         # Some editors put a byte order mark in front, which TOML does not know.
         return data.decode("utf-8-sig")

@@ -84,7 +84,8 @@ def report_files(
         for number, (path, digest, rms) in enumerate(zip(paths, digests, joint.rms, strict=True))
         if number not in (*joint.left_out, *joint.silent)
     )
-    source = replace(calibration.source or Source(), images=pictures, options=options_of(spec))
+    options = options_of(spec, calibration)
+    source = replace(calibration.source or Source(), images=pictures, options=options)
     reasons = dict.fromkeys(joint.left_out, _STRANGER) | dict.fromkeys(joint.silent, _SILENT)
     left_out = tuple(LeftOut(str(paths[n]), reasons[n]) for n in sorted(reasons))
     return CalibrationReport(

@@ -11,7 +11,7 @@ from ..files.picture_header import SIGNATURE_BYTES, known_kind
 from ..zoom.table import ZoomTable
 from .correct_video import correct_video
 from .correction import CorrectionReport, CorrectionSpec, Progress, input_name
-from .pipe import PipeInput, open_input
+from .pipe import NOTHING_CAME, PipeInput, open_input
 
 # Bare motion JPEG begins like a picture, and may hold but one.
 _MOTION_JPEG = (".mjpeg", ".mjpg")
@@ -31,7 +31,7 @@ def correct(
         _refuse_zoom_options(spec)
     source = open_input(spec.input)
     if isinstance(source, PipeInput) and not source.peek(1):
-        raise InputError(f"{input_name(spec)}: is empty")
+        raise InputError(f"{input_name(spec)}: is empty: {NOTHING_CAME}")
     if holds_picture(source):
         # OpenCV, which pictures are read and written with, takes a while to import.
         from .correct_picture import correct_picture

@@ -105,7 +105,7 @@ def _read(path: str) -> str:
     if len(data) > _MAX_BYTES:
         raise InputError("too large to be a calibration file")
     if not data.strip():
-        raise InputError("is empty")
+        raise InputError("is empty: take another copy of it")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -15,6 +15,8 @@ import threading
 from typing import BinaryIO
 
 PIPE = "-"
+# What to do about a pipe through which nothing came.
+NOTHING_CAME = "see what the command before the pipe says"
 
 # How long a reader that waits for input takes to notice that nobody wants it any more, s.
 _NOTICE_S = 0.1

@@ -27,7 +27,7 @@ from .correction import CorrectionSpec, input_name, output_name
 from .corrector import Split, stream_geometry
 from .instant import Instant
 from .lens import Lens, ModelSource, fit_lens, model_source
-from .pipe import PIPE, PipeInput
+from .pipe import NOTHING_CAME, PIPE, PipeInput
 from .whole_frames import WholeFrames
 
 # Before an instant that is given as a time the zoom is followed for so long: what it was before that hardly
@@ -74,7 +74,7 @@ def preview(spec: CorrectionSpec, instant: Instant) -> PreviewReport:
     lens = load(spec.calibration)
     source = PipeInput() if spec.input == PIPE else spec.input
     if isinstance(source, PipeInput) and not source.peek(1):
-        raise InputError("stdin: is empty")
+        raise InputError(f"stdin: is empty: {NOTHING_CAME}")
     if holds_picture(source):
         return _of_picture(spec, lens, instant, source)
     return _of_video(spec, lens, instant, source)

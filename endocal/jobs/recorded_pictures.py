@@ -44,4 +44,8 @@ def _candidates(picture: str, file: str, folder: str | None) -> list[Path]:
         return [beside] if beside.is_file() else []
     if not Path(folder).is_dir():
         raise InputError(f"{shown(folder)}: no such folder of pictures")
+    try:
+        os.scandir(folder).close()
+    except OSError as error:
+        raise InputError(f"{shown(folder)}: cannot be read: {error.strerror}") from None
     return sorted(Path(at) / picture for at, _, files in os.walk(folder) if picture in files)

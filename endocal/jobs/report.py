@@ -12,21 +12,21 @@ from ..calibration.recorded import spec_of
 from ..calibration.result import Calibration
 from ..calibration.spec import CalibrationSpec
 from ..errors import EndocalError, InputError, UsageError
-from ..files import atomic_output, check_output, dumps, load, loads
+from ..files import atomic_output, dumps, load, loads
 from ..files.names import shown
 from ..report.calibration import Study, calibration_page
-from ..report.figures import require_figures
 from ..report.page import Html
 from ..report.run import run_page
 from ..report.zoom_table import zoom_table_page
 from ..zoom.table import ZoomTable
 from .calibrate import CalibrationReport, report_files
 from .check import compared
+from .page_place import check_page_place
+from .pipe import PIPE
 from .recorded_pictures import find_picture
 from .zoom_history import zoom_history
 from .zoom_log import LOG_SUFFIXES
 
-PIPE = "-"
 # In stated standard deviations: less is what another version of endocal may make of the same picture.
 MOVED = 1.0
 
@@ -68,22 +68,26 @@ def report(spec: ReportSpec) -> ReportDone:
     """Write the page of a file.
 
     Raises InputError for a file that is no calibration, zoom table or zoom log, OutputError for a page that
-    exists or cannot be written, EndocalError where matplotlib is missing.
+    exists, is an input (the calibration's pictures, too) or cannot be written, UsageError for one named as
+    another kind of file, EndocalError where matplotlib is missing.
     """
-    require_figures()
-    check_output(spec.page, spec.overwrite, [] if spec.file == PIPE else [spec.file])
+    place = spec.page
     name = "stdin" if spec.file == PIPE else Path(spec.file).name
+    lens = None if Path(spec.file).suffix.lower() in LOG_SUFFIXES else load(spec.file)
+    pictures, missing = _recorded(lens, spec) if isinstance(lens, Calibration) else ([], None)
+    inputs = (spec.file, *pictures)
+    check_page_place(place, spec.overwrite, inputs)
     notes: list[str] = []
     doubts: list[str] = []
-    if Path(spec.file).suffix.lower() in LOG_SUFFIXES:
+    if lens is None:
         page = run_page(f"Zoom log: {name}", zoom_history(spec.file))
-    elif isinstance(obj := load(spec.file), ZoomTable):
-        page = zoom_table_page(name, obj)
+    elif isinstance(lens, ZoomTable):
+        page = zoom_table_page(name, lens)
     else:
-        study, notes, doubts = _study(obj, spec)
-        page = calibration_page(name, obj, study, notes, doubts)
-    write_page(page, spec.page, spec.overwrite, [spec.file])
-    return ReportDone(spec.page, (*notes, *doubts))
+        study, notes, doubts = _study(lens, pictures, missing)
+        page = calibration_page(name, lens, study, notes, doubts)
+    write_page(page, place, spec.overwrite, inputs)
+    return ReportDone(place, (*notes, *doubts))
 
 
 def report_calibration(
@@ -112,15 +116,29 @@ def write_page(page: Html, output: str, overwrite: bool, inputs: Iterable[str] =
         temporary.write_bytes(data)
 
 
-def _study(recorded: Calibration, spec: ReportSpec) -> tuple[Study | None, list[str], list[str]]:
+def _recorded(recorded: Calibration, spec: ReportSpec) -> tuple[list[str], EndocalError | None]:
+    """The paths of the recorded pictures that are there, and why the first of the others is not."""
+    paths: list[str] = []
+    missing: EndocalError | None = None
+    for image in recorded.source.images if recorded.source else ():
+        try:
+            paths.append(find_picture(image, spec.file, spec.images))
+        except EndocalError as error:
+            missing = missing or error
+    return paths, missing
+
+
+def _study(
+    recorded: Calibration, pictures: list[str], missing: EndocalError | None
+) -> tuple[Study | None, list[str], list[str]]:
     """Calibrate again from the recorded pictures; notes say why not, and doubts what moved."""
-    images = recorded.source.images if recorded.source else ()
-    if not images:
+    if not pictures and missing is None:
         return None, ["The file names no picture, so that only its numbers can be shown."], []
     try:
-        paths = [find_picture(image, spec.file, spec.images) for image in images]
+        if missing is not None:
+            raise missing
         options = spec_of(recorded)
-        made = report_files(paths, options)
+        made = report_files(pictures, options)
         found = loads(dumps(made.calibration))
     except EndocalError as error:
         return None, [f"Only the numbers can be shown. {error}"], []

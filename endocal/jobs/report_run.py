@@ -10,15 +10,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..errors import UsageError
-from ..files import check_output, load
+from ..files import load
 from ..files.names import shown
-from ..report.figures import require_figures
 from ..report.numbers import duration
 from ..report.page import Html
 from ..report.run import Run, ZoomHistory, run_page
 from ..zoom.table import ZoomTable
 from .correct import correct, holds_picture
 from .correction import CorrectionReport, CorrectionSpec, Progress
+from .page_place import check_page_place
 from .pipe import PIPE
 from .report import write_page
 from .zoom_history import zoom_history
@@ -42,7 +42,6 @@ def correct_and_report(
 
 
 def _check(spec: CorrectionSpec, page: str) -> None:
-    require_figures()
     if spec.calibration == PIPE:
         raise UsageError("--report needs the calibration as a file, not from stdin")
     if spec.input != PIPE and holds_picture(spec.input):
@@ -51,7 +50,7 @@ def _check(spec: CorrectionSpec, page: str) -> None:
     if page in others or os.path.realpath(page) in [os.path.realpath(o) for o in others if o]:
         raise UsageError(f"--report {page}: is also another output: give it another name")
     inputs = (spec.input, spec.calibration, spec.right_calibration, spec.zoom_from)
-    check_output(page, spec.overwrite, [path for path in inputs if path not in (None, PIPE)])
+    check_page_place(page, spec.overwrite, inputs)
 
 
 @contextlib.contextmanager

@@ -157,7 +157,8 @@ def _pictures(calibration: Calibration, study: Study) -> p.Html:
         name, picture = study.pictures[number]
         shown, scale = pictures.to_show(picture, model.pixel_aspect)
         after = pictures.corrected(shown, model)
-        center = (model.center[0] * model.pixel_aspect, model.center[1])
+        aspect = model.pixel_aspect
+        x, y = pictures.places(np.array(model.center) * (aspect, 1.0), aspect)
         caption = f"{name} as it was taken. The cross is the distortion centre."
         if refined is not None:
             views = [i for i, view in enumerate(scene.views) if view.picture == number]
@@ -165,13 +166,14 @@ def _pictures(calibration: Calibration, study: Study) -> p.Html:
             assert smooth is not None
             classes = np.searchsorted(steps, np.abs(smooth[own]))
             m = refined.measured
-            shown = pictures.with_lines(shown, scale, m.points[own], m.labels[own], classes)
+            points = pictures.places(m.points[own], aspect)
+            shown = pictures.with_lines(shown, scale, points, m.labels[own], classes)
             caption = (
                 f"{name}: the lines that were found, coloured by how far they stay from straight after"
                 " correction. The cross is the distortion centre."
             )
         before = pictures.as_image(
-            pictures.with_mark(shown, center, scale), f"{name} with the lines that were found."
+            pictures.with_mark(shown, (x, y), scale), f"{name} with the lines that were found."
         )
         corrected = pictures.as_image(after, f"{name} after correction.")
         parts.append(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import io
+import logging
 import re
 from collections.abc import Callable
 from typing import Any
@@ -66,6 +67,11 @@ _STYLE: dict[Any, Any] = {
 
 def require_figures() -> None:
     """Raise EndocalError, saying what to install, where plots cannot be made: call it before the work."""
+    # Where its folders cannot be written, as without a home, it would tell of temporary ones that it takes:
+    # nobody need do anything about that. A level that somebody has set stays.
+    logger = logging.getLogger("matplotlib")
+    if logger.level == logging.NOTSET:
+        logger.setLevel(logging.ERROR)
     try:
         import matplotlib  # noqa: F401
     except ImportError:

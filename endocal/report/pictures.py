@@ -42,6 +42,14 @@ def to_show(picture: NDArray[Any], pixel_aspect: float = 1.0) -> tuple[Picture, 
     return np.asarray(cv2.resize(shown[..., :3], size, interpolation=how), np.uint8), scale
 
 
+def places(points: Floats, pixel_aspect: float) -> Floats:
+    """Where points (..., 2) in square pixels lie in a picture from ``to_show``, before its scale.
+
+    The first pixel's centre is their 0; that picture widens a pixel about its left edge.
+    """
+    return points + np.array([(pixel_aspect - 1) / 2, 0.0])
+
+
 def corrected(shown: Picture, model: DivisionModel) -> Picture:
     """Return a picture from ``to_show`` without the distortion of ``model``."""
     h, w = shown.shape[:2]
@@ -100,9 +108,8 @@ def as_image(shown: Picture, alt: str) -> Html:
 def _in_square_pixels(model: DivisionModel) -> DivisionModel:
     aspect = model.pixel_aspect
     size = (round(model.size[0] * aspect), model.size[1])
-    return DivisionModel(
-        model.lam, (model.center[0] * aspect, model.center[1]), size, 1.0, model.lam2
-    )
+    x, y = places(np.array(model.center) * (aspect, 1.0), aspect)
+    return DivisionModel(model.lam, (x, y), size, 1.0, model.lam2)
 
 
 def _bgr(colour: str) -> tuple[int, int, int]:

@@ -107,7 +107,7 @@ def _check_file(path: str, name: str) -> None:
     if Path(path).is_dir():
         raise InputError(f"{name}: is a directory, not a video")
     if Path(path).is_file() and size == 0:
-        raise InputError(f"{name}: the file is empty")
+        raise InputError(f"{name}: the file is empty: take another copy of it")
     if not os.access(path, os.R_OK):
         raise InputError(f"{name}: permission denied")
 

@@ -66,7 +66,7 @@ def test_two_recordings_may_not_share_a_file_beside_them(batch: Batch) -> None:
     assert set(batch.did()) == {"a.mkv", "a.mov", "deep/b.mkv"}
     with pytest.raises(UsageError, match=r"a.mkv and a.mov would both write .*a\.html"):
         batch.run(report=".html")
-    with pytest.raises(UsageError, match=r"would both write"):
+    with pytest.raises(UsageError, match=r"--report .mkv: a report is an HTML page"):
         batch.run(suffix=".mkv", report=".mkv", exclude=("*.mov",))
 
 

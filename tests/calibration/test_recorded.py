@@ -29,8 +29,9 @@ UNUSUAL: dict[str, Any] = {
 def recorded(spec: CalibrationSpec) -> Calibration:
     lam2 = 1e-13 if spec.model == "division2" else 0.0
     model = DivisionModel(-1e-6, (360.0, 270.0), (720, 540), spec.pixel_aspect, lam2)
-    source = Source(method=spec.method, refined=spec.refine, options=options_of(spec))
-    return Calibration(model, source=source)
+    made = Calibration(model)
+    options = options_of(spec, made)
+    return replace(made, source=Source(spec.method, spec.refine, options=options))
 
 
 @pytest.mark.parametrize("name", UNUSUAL)
@@ -61,7 +62,22 @@ def test_a_second_parameter_that_is_nothing_is_a_second_one(sigma: float | None)
 
 def test_what_is_as_by_default_is_not_written() -> None:
     assert "options" not in dumps(recorded(CalibrationSpec()))
-    assert options_of(CalibrationSpec(center="image", sobel=21)) == {"center": "image"}
+    spec = CalibrationSpec(center="image", sobel=21)
+    assert options_of(spec, recorded(spec)) == {"center": "image"}
+    two = CalibrationSpec(model="division2")
+    assert options_of(two, recorded(two)) == {}
+
+
+def test_a_second_parameter_that_was_not_told_is_asked_for_again() -> None:
+    spec = CalibrationSpec(model="division2")
+    one = recorded(CalibrationSpec())
+    assert options_of(spec, one) == {"model": "division2"}
+    text = dumps(replace(one, source=Source(options=options_of(spec, one))))
+    assert 'options = { model = "division2" }' in text
+    found = loads(text)
+    assert isinstance(found, Calibration)
+    assert found.model.lam2 == 0
+    assert spec_of(found) == spec
 
 
 def test_every_option_is_kept_somewhere() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -39,12 +40,28 @@ def save(folder: Path, image: np.ndarray) -> bytes:
     return data
 
 
+def test_one_that_may_not_be_read_is_refused_as_one_that_is_missing(
+    endocal: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    picture = tmp_path / "board.png"
+    picture.touch(0o000)
+    # Root may read anything, and finds it empty.
+    monkeypatch.setattr(os, "access", lambda *args, **options: False)
+    line = endocal("calibrate", picture, "-o", tmp_path / "cal.toml").fails(1)
+    assert line.startswith(f"endocal: {picture}: ")
+    assert "cannot be read: Permission denied" in line or "is empty" in line
+
+
 def test_missing(endocal: Runner, tmp_path: Path) -> None:
     refused(endocal, tmp_path, "board.png", "no such file")
 
 
 @pytest.mark.parametrize(
-    ("data", "words"), [(b"", "empty"), (b"a text" * 99, "is not a PNG, JPEG, TIFF or BMP picture")]
+    ("data", "words"),
+    [
+        (b"", "is empty: take another copy"),
+        (b"a text" * 99, "is not a PNG, JPEG, TIFF or BMP picture: convert it to one"),
+    ],
 )
 def test_no_picture(endocal: Runner, tmp_path: Path, data: bytes, words: str) -> None:
     (tmp_path / "board.png").write_bytes(data)

@@ -57,6 +57,14 @@ def test_chosen_lines_are_used_and_kept(endocal: Callable[..., Any], folder: Pat
     assert endocal("check", out).code == 0
 
 
+def test_the_chosen_lines_are_not_written_over(endocal: Callable[..., Any], folder: Path) -> None:
+    lines = folder / "lines.txt"
+    before = lines.read_bytes()
+    command = ("calibrate", folder / "board.png", "--method", "wang", "--lines", lines)
+    assert "is also an input" in endocal(*command, "-o", lines, "--overwrite").fails()
+    assert lines.read_bytes() == before
+
+
 def test_refinement_follows_any_method(endocal: Callable[..., Any], folder: Path) -> None:
     out = folder / "refined.toml"
     done = endocal("calibrate", folder / "board.png", "-o", out, "--method", "corners")

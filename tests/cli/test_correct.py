@@ -166,7 +166,8 @@ def test_pictures_flow_through_pipes(endocal: Runner, tmp_path: Path, lens: str)
     )
     done = endocal("correct", "-", "-o", tmp_path / "out.mp4", "-c", lens, stdin=data)
     assert "a picture is written as" in done.fails(2)
-    assert "stdin: is empty" in endocal("correct", "-", "-o", "-", "-c", lens).fails(1)
+    line = endocal("correct", "-", "-o", "-", "-c", lens).fails(1)
+    assert "stdin: is empty: see what the command before the pipe says" in line
 
 
 @pytest.mark.parametrize(

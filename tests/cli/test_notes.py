@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,9 @@ from typing import Any
 import cv2
 import pytest
 
+from endocal.calibration.result import Calibration
 from endocal.cli.options import note
+from endocal.files import load
 from endocal.synth.board import render_board
 
 from ..calibration.scenes import board
@@ -35,3 +38,22 @@ def test_pages_that_are_not_looked_at_are_named(
     done = endocal("calibrate", tmp_path / "board.tif", "-o", tmp_path / "cal.toml")
     assert done.code == 0, done.err
     assert ("board.tif holds 2 pages: only the first is looked at" in done.err) == (pages > 1)
+
+
+def test_a_second_parameter_is_told_with_its_uncertainty(
+    endocal: Callable[..., Any], tmp_path: Path
+) -> None:
+    scene = board(lam=-1.2e-6, lam2=-6e-12)
+    cv2.imwrite(str(tmp_path / "board.png"), render_board(scene))
+    file = tmp_path / "cal.toml"
+    done = endocal("calibrate", tmp_path / "board.png", "-o", file, "--model", "division2")
+    assert done.code == 0, done.err
+    found = load(file)
+    assert isinstance(found, Calibration)
+    assert found.uncertainty is not None
+    assert found.uncertainty.lam2 is not None
+    told = re.search(r"lambda2 (\S+) ± (\S+) px\^-4$", done.err, re.MULTILINE)
+    assert told, done.err
+    assert float(told[1]) == pytest.approx(found.model.lam2, rel=1e-4)
+    assert float(told[2]) == pytest.approx(found.uncertainty.lam2, rel=0.05)
+    assert re.search(r"^lambda2 +-\S+ ± \S+ px\^-4$", endocal("show", file).out, re.MULTILINE)

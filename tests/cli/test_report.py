@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import os
 import re
 import shutil
 import sys
@@ -279,6 +280,48 @@ def test_the_page_is_no_other_file(endocal: Runner, sample_data: Path, tmp_path:
     assert board.read_bytes() == before
 
 
+@pytest.mark.parametrize("way", ["itself", "link", "symlink"])
+def test_a_page_never_replaces_a_picture_of_its_calibration(
+    endocal: Runner, calibrated: Path, tmp_path: Path, way: str
+) -> None:
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    shutil.copy(calibrated / "board.png", folder)
+    shutil.copy(calibrated / "cal.toml", tmp_path)
+    board = page = folder / "board.png"
+    if way == "link":
+        (page := tmp_path / "page.html").hardlink_to(board)
+    elif way == "symlink":
+        (page := tmp_path / "page.html").symlink_to(board)
+    text = (tmp_path / "cal.toml").read_text()
+    # One that is gone does not make the other a file like any.
+    gone = '{ file = "gone.png", sha256 = "00" }, '
+    (tmp_path / "two.toml").write_text(text.replace("images = [", f"images = [{gone}"))
+    assert gone in (tmp_path / "two.toml").read_text()
+    before = board.read_bytes()
+    for file in ("cal.toml", "two.toml"):
+        options = ("--images", folder, "-o", page, "--overwrite")
+        assert "is also an input" in endocal("report", tmp_path / file, *options).fails()
+        assert board.read_bytes() == before
+
+
+def test_a_page_has_no_other_files_name(endocal: Runner, sample_data: Path, tmp_path: Path) -> None:
+    words = "a report is an HTML page: name it .html"
+    board, table, clip = (sample_data / n for n in ("board-1.png", "zoom.truth.toml", "clip.mp4"))
+    page = tmp_path / "k.pdf"
+    assert words in endocal("report", table, "-o", page).fails(2)
+    options = ("-o", tmp_path / "out", "--report", page)
+    assert words in endocal("calibrate", board, *options).fails(2)
+    assert words in endocal("zoomtable", table, table, *options).fails(2)
+    options = ("-o", tmp_path / "out.mp4", "-c", table, "--report", page)
+    assert words in endocal("correct", clip, *options).fails(2)
+    options = ("--out", tmp_path / "out", "-c", table, "--report", ".pdf", "--dry-run")
+    assert f"--report .pdf: {words}" in endocal("batch", clip, *options).fails(2)
+    assert not list(tmp_path.iterdir())
+    for name in ("k.HTM", "page"):
+        assert endocal("report", table, "-o", tmp_path / name).code == 0
+
+
 def test_the_model_of_pixels_that_are_not_square(endocal: Runner, tmp_path: Path) -> None:
     from endocal.report import pictures
 
@@ -291,6 +334,15 @@ def test_the_model_of_pixels_that_are_not_square(endocal: Runner, tmp_path: Path
     # A ray from the centre stays on its row.
     rows = np.nonzero(after.max(axis=(1, 2)) > 60)[0]
     assert abs(rows.mean() - (288.5 * scale - 0.5)) < 1
+
+
+def test_a_home_that_cannot_be_written_is_no_news(
+    endocal_process: Runner, sample_data: Path, tmp_path: Path
+) -> None:
+    page, table = tmp_path / "zoom.html", sample_data / "zoom.truth.toml"
+    env = {"HOME": os.devnull, "XDG_CONFIG_HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
+    done = endocal_process("report", table, "-o", page, env={**env, "MPLCONFIGDIR": ""})
+    assert (done.code, done.err) == (0, f"endocal: {page}: page of {table}\n")
 
 
 @pytest.mark.parametrize("name", [".", ""])

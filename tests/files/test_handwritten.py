@@ -186,7 +186,7 @@ def check_refused(tmp_path: Path, text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", "is empty"),
+        (b"", "is empty: take another copy"),
         (b" \n", "is empty"),
         (b"\x89PNG\r\n\x1a\n\xff\xfe", "it is no text"),
         (b"# \n" * 2_000_000, "too large"),

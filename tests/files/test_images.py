@@ -254,7 +254,7 @@ def test_a_compression_that_nobody_knows_is_refused() -> None:
 
 
 def test_float_pixels_are_refused() -> None:
-    with pytest.raises(InputError, match="has float32 pixels"):
+    with pytest.raises(InputError, match="has float32 pixels: convert it to whole numbers"):
         decode_image(picture(".tif", GREY.astype(np.float32)))
 
 

@@ -28,6 +28,7 @@ options = {options}
         ("{ center = 3 }", "[source] options: center is 3; it must be two numbers"),
         ("{ roi = [1, 2, 3] }", "[source] options: roi is '[1, 2, 3]'; it must be [x, y, width"),
         ("{ lines = [[[1, 2], [3]]] }", "[source] options: lines must be a list of lines"),
+        ("{ model = 'brown' }", "[source] options: model is 'brown'; it must be"),
         ("{ lines = 3 }", "[source] options: lines must be a list of lines"),
         ("{ epsilon = nan }", "[source] options: epsilon is nan; it must be a finite number"),
     ],

@@ -6,9 +6,11 @@ import hashlib
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from endocal.calibration import lens_fit
 from endocal.calibration.result import Calibration, Source, Uncertainty
 from endocal.calibration.spec import CalibrationSpec
 from endocal.errors import InputError, UsageError
@@ -229,3 +231,28 @@ def test_a_verdict_that_is_failed_now_fails(
 def test_a_tolerance_is_a_number_from_zero(tolerance: float) -> None:
     with pytest.raises(UsageError, match="--tolerance"):
         CheckSpec("cal.toml", tolerance=tolerance)
+
+
+def test_two_parameters_of_which_one_was_lost_are_sought_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = lens_fit.refine
+
+    def one_parameter(*arguments: Any) -> Any:
+        return plain(*arguments) if len(arguments) == 4 else []
+
+    asked: list[CalibrationSpec] = []
+
+    def told(paths: list[Path], spec: CalibrationSpec) -> Calibration:
+        asked.append(spec)
+        return calibrate_files(paths, spec)
+
+    monkeypatch.setattr(lens_fit, "refine", one_parameter)
+    monkeypatch.setattr(job, "calibrate_files", told)
+    spec = CalibrationSpec(model="division2")
+    save(calibrate_files([folder / "board-1.png"], spec), folder / "cal.toml", overwrite=True)
+    assert 'type = "division" ' in (folder / "cal.toml").read_text()
+    report = run(folder, tolerance=0)
+    assert asked == [spec]
+    assert not report.failures
+    assert report.found_verdict == report.recorded_verdict == "doubtful"
