@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import CalibrationError
-from .fit.measured import Refined, departs, fit_again, told_by_grid
+from .fit.measured import Refined, departs, fit_again, fit_to_few, told_by_grid
 from .fit.refine import best_start, reach_of, refine
 from .fit.straightening import straightened
 from .scene import Scene
@@ -38,9 +38,11 @@ def fit_lens(scene: Scene, spec: CalibrationSpec, params: Floats) -> tuple[Refin
         if not departs(refined):
             return told_by_grid(refined, reach, 0.0), 0.0
         # A model that follows the lens more closely finds its lines whole.
-        two = refine(views, start, reach, prior, True, SEEN * farthest(refined))
+        content = SEEN * farthest(refined)
+        bent = fit_to_few(refined, np.append(refined.fit.params, 0.0), reach, prior, content)
+        two = refine(views, bent.params, reach, prior, True, content)
         if two and len(two[0].measured.points) > len(refined.measured.points):
-            looks = [fit_again(two[0], refined.fit.params, reach, prior, 0.0), *two[1:]]
+            looks = [fit_again(two[0], refined.fit.params, reach, prior, 0.0), *two[1:], *looks]
         return straightened(looks, reach, prior, 0.0), 0.0
     # Monotonic over the whole content, if that costs no straightness; a lens that sees more than half a
     # sphere has content that no flat picture holds: then as far as the lines reach.

@@ -147,10 +147,16 @@ def fit_again(
 ) -> Refined:
     """Fit another model, from ``start``, to lines that are measured already."""
     fit = replace(refined.fit, params=start)
-    for _ in range(2):  # the first time the softness is that of another model
-        softness = _softness(fit.sigma)
-        fit = _fit(refined.measured, fit.params, reach, prior, softness, content)
+    # The first time the softness is that of another model.
+    for part in (refined.measured.thinned(ENOUGH_POINTS), refined.measured):
+        fit = _fit(part, fit.params, reach, prior, _softness(fit.sigma), content)
     return replace(refined, fit=fit)
+
+
+def fit_to_few(refined: Refined, start: Floats, reach: float, prior: Prior, content: float) -> Fit:
+    """Fit another model, from ``start``, to as many of the measured points as tell roughly what it is."""
+    few = refined.measured.thinned(ENOUGH_POINTS)
+    return _fit(few, start, reach, prior, _softness(refined.fit.sigma), content)
 
 
 def _softness(sigma: float) -> float:

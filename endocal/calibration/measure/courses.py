@@ -13,7 +13,7 @@ from ..straightness import Floats, Labels, Undistorted, fit_lines
 # A line is followed by the medians of its points over so many places.
 FOLLOWED = 16
 # More places than this add time and no accuracy: beyond, they are spaced wider than a pixel.
-MOST_PLACES = 40_000
+MOST_PLACES = 30_000
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ REACH, BESIDE = 3, 4
 LEAST_STRENGTH, USUAL = 0.4, 0.75
 # What is fitted to each line apart: its place, its direction, how far its two sides' edges lie apart.
 FITTED_TO_A_LINE = 3
-# Between two edges of a line lies a gap of more than so many px.
+# Between two edges of a line lies a gap of more than so many px, or places where these are spaced wider.
 GAP = 3.0
 
 
@@ -95,7 +95,10 @@ class Measured:
         """Say of each point (n,) whether an edge begins there: a line, its other side, or after a gap."""
         steps = np.linalg.norm(np.diff(self.points, axis=0, prepend=self.points[:1]), axis=1)
         new_line = np.diff(self.labels, prepend=-1) != 0
-        return np.asarray(new_line | (np.diff(self.sides, prepend=0) != 0) | (steps > GAP))
+        # On a large picture places are spaced wider than a px: see MOST_PLACES.
+        spacing = max(1.0, round(float(np.median(steps)), 1)) if len(steps) else 1.0
+        gap = steps > GAP * spacing
+        return np.asarray(new_line | (np.diff(self.sides, prepend=0) != 0) | gap)
 
     def from_crossings(self) -> Floats:
         """How far (n,) px points are, along their lines, from where the bright side changes; else inf."""
