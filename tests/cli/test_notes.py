@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import pytest
 
 from endocal.cli.options import note
@@ -35,3 +36,16 @@ def test_pages_that_are_not_looked_at_are_named(
     done = endocal("calibrate", tmp_path / "board.tif", "-o", tmp_path / "cal.toml")
     assert done.code == 0, done.err
     assert ("board.tif holds 2 pages: only the first is looked at" in done.err) == (pages > 1)
+
+
+def test_a_picture_of_no_pattern_is_named(endocal: Callable[..., Any], tmp_path: Path) -> None:
+    scene = board(size=(320, 240), center=(162.0, 118.0), square=21.0, lam=-1e-5)
+    noise = np.random.default_rng(1).normal(0, 1, (240, 320))
+    clouds = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 8), None, 0, 255, cv2.NORM_MINMAX)
+    for name, picture in (("board.png", render_board(scene)), ("clouds.png", clouds)):
+        assert cv2.imwrite(str(tmp_path / name), picture.astype(np.uint8))
+    paths = (tmp_path / name for name in ("clouds.png", "board.png"))
+    done = endocal("calibrate", *paths, "-o", tmp_path / "cal.toml")
+    assert done.code == 0, done.err
+    assert "clouds.png left out: no pattern of straight lines found in it" in done.err
+    assert "clouds" not in (tmp_path / "cal.toml").read_text()
