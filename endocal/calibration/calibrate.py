@@ -9,14 +9,14 @@ import numpy as np
 
 from ..errors import InputError
 from .fit.measured import Refined
-from .fit.pictures import distances, strangers
+from .fit.pictures import distances, straightness_alone, strangers
 from .fit.plumb_line import inlying, robust_sigma
 from .fit.refine import reach_of
 from .lens_fit import fit_lens
 from .methods.registry import method_named
 from .objective import task_of
 from .outcome import Workings, bare_outcome, outcome
-from .quality import DOUBTED_LENS, OTHER_LENS
+from .quality import DOUBTED_LENS, OTHER_LENS, Seen, shows_no_pattern
 from .result import Calibration
 from .scene import Image, Scene, look_at
 from .search import Found
@@ -30,7 +30,7 @@ class Joint:
 
     ``rms`` px: the straightness of each picture's lines under the common model, None for one left out;
     ``left_out``: the numbers, from 0, of pictures that do not go with the others, and ``silent`` of those in
-    which no line was found.
+    which no line was found, or none of a pattern where others show one.
     """
 
     calibration: Calibration
@@ -67,7 +67,7 @@ def calibrate_jointly(images: Sequence[Image], spec: CalibrationSpec = Calibrati
             bare = bare_outcome(scene, spec, found)
             return Joint(bare, Workings(scene, found), (None,) * len(images))
         refined, content = fit_lens(scene, spec, found.params)
-        pictures = _pictures(scene, refined)
+        pictures = _telling(scene, refined, content)
         if len(pictures) < len(kept):
             # Without them the circle, too, is that of the others.
             silent += [number for i, number in enumerate(kept) if i not in pictures]
@@ -100,6 +100,28 @@ def _pictures(scene: Scene, refined: Refined) -> list[int]:
     return sorted({scene.views[view].picture for view in np.unique(refined.view)})
 
 
+def _telling(scene: Scene, refined: Refined, content: float) -> list[int]:
+    """The numbers of the pictures with lines that may be a pattern's; where none has, of all with lines."""
+    pictures = _pictures(scene, refined)
+    if len(pictures) == 1:
+        return pictures
+    telling = [p for p in pictures if not shows_no_pattern(_seen(scene, refined, content, p))]
+    return telling or pictures
+
+
+def _seen(scene: Scene, refined: Refined, content: float, picture: int) -> Seen:
+    """What a picture shows by the lines that all pictures' fit measured in it, under the model they tell."""
+    views = _views(scene, picture)
+    chosen = np.isin(refined.view, views)
+    reach = reach_of(scene.views, scene.prior.center)
+    return Seen(
+        rms=straightness_alone(refined, chosen, reach, scene.prior, content),
+        short_side=min(scene.square_size),
+        explained=float(chosen.sum()) / max(sum(scene.views[v].edge_length for v in views), 1),
+        board=not refined.boards.isdisjoint(views),
+    )
+
+
 def _apart(scene: Scene, refined: Refined, content: float) -> Floats:
     """How far apart, (p, p) in stated standard deviations, the pictures put the lens."""
     pictures = np.array([view.picture for view in scene.views])[refined.view]
@@ -112,7 +134,10 @@ def _apart(scene: Scene, refined: Refined, content: float) -> Floats:
 
 
 def _rms_of(scene: Scene, refined: Refined, picture: int) -> float:
-    views = [i for i, view in enumerate(scene.views) if view.picture == picture]
-    own = refined.fit.residuals[np.isin(refined.view, views)]
+    own = refined.fit.residuals[np.isin(refined.view, _views(scene, picture))]
     # A picture that goes with the others badly is judged by its own points: they are not its outliers.
     return root_mean_square(own[inlying(own, max(refined.fit.sigma, robust_sigma(own)))])
+
+
+def _views(scene: Scene, picture: int) -> list[int]:
+    return [i for i, view in enumerate(scene.views) if view.picture == picture]

@@ -51,13 +51,31 @@ OTHER_LENS, DOUBTED_LENS = 10.0, 8.0
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Seen:
+    """What tells a pattern from what is none; ``rms`` and ``short_side`` in px."""
+
+    rms: float
+    short_side: float
+    explained: float  # share of edge points on lines
+    board: bool  # whether a chessboard was seen
+
+    @property
+    def rough(self) -> float:
+        """How far points are from straight lines, px of a 540-line frame."""
+        return self._scaled(self.rms)
+
+    def _scaled(self, length: float) -> float:
+        # In a smaller frame a px is a px.
+        return length / max(1.0, self.short_side / 540)
+
+
+@dataclass(frozen=True)
+class Evidence(Seen):
     """What a verdict rests on; lengths in px, shares from 0 to 1."""
 
     lines: int
     points: int
     rms_before: float
-    rms: float
     entropy: float
     lam: float
     lam_sigma: float | None
@@ -66,9 +84,6 @@ class Evidence:
     reach: float  # of the measured points, from the distortion centre
     content_radius: float
     fold_radius: float  # of the model
-    short_side: float
-    explained: float  # share of edge points on lines
-    board: bool  # whether a chessboard was seen
     outlying: float = 0.0  # share of points that do not follow their lines
     bend: float = 0.0  # px that the lines stay bent by, beyond noise
     second: bool = False  # whether the model has two parameters
@@ -78,18 +93,9 @@ class Evidence:
     differing: int = 0  # the picture, from 1, that goes with the others least; 0 if all do
 
     @property
-    def rough(self) -> float:
-        """How far points are from straight lines, px of a 540-line frame."""
-        return self._scaled(self.rms)
-
-    @property
     def bent(self) -> float:
         """``bend`` in px of a 540-line frame."""
         return self._scaled(self.bend)
-
-    def _scaled(self, length: float) -> float:
-        # In a smaller frame a px is a px.
-        return length / max(1.0, self.short_side / 540)
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,11 @@ def judge(e: Evidence) -> Quality:
         entropy=e.entropy,
         outlying=e.outlying,
     )
+
+
+def shows_no_pattern(seen: Seen) -> bool:
+    """Whether what look like a picture's lines are surely those of no pattern."""
+    return not seen.board and any(objection.fails for objection in _of_pattern(seen))
 
 
 def _of_pictures(e: Evidence) -> Iterator[Objection]:
@@ -171,7 +182,7 @@ def _of_bend(e: Evidence) -> Iterator[Objection]:
         )
 
 
-def _of_pattern(e: Evidence) -> Iterator[Objection]:
+def _of_pattern(e: Seen) -> Iterator[Objection]:
     """Whether the lines are those of a pattern at all."""
     if not e.board and e.rough > FAILED_WITHOUT_BOARD:
         yield Objection(

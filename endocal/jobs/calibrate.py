@@ -21,7 +21,7 @@ from ..files.names import shown
 from ..files.picture_header import read_header
 
 _STRANGER = "it does not fit the lens of the other pictures"
-_SILENT = "no straight lines found in it"
+_SILENT = "no pattern of straight lines found in it"
 
 
 class LeftOut(NamedTuple):

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from endocal.calibration.quality import judge
+from endocal.calibration.quality import judge, shows_no_pattern
 
 from .evidence import GOOD
 
@@ -51,6 +51,25 @@ def test_a_given_centre_may_be_what_is_wrong() -> None:
     for rough in ({"bend": 0.3}, {"rms": 4.0}):
         assert "the centre that was given" in judge(replace(given, **rough)).reasons[0]
         assert "given" not in judge(replace(GOOD, **rough)).reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "none"),
+    [
+        ({}, False),
+        ({"board": False}, False),
+        ({"rms": 0.5}, False),
+        ({"rms": 0.5, "board": False}, True),
+        ({"rms": 0.5, "board": False, "short_side": 1080.0}, False),
+        ({"rms": 0.2, "explained": 0.2, "board": False}, True),
+        ({"explained": 0.01}, False),
+        ({"explained": 0.01, "board": False}, True),
+    ],
+)
+def test_what_shows_no_pattern_is_what_would_fail_alone(change: dict, none: bool) -> None:
+    seen = replace(GOOD, **change)
+    assert shows_no_pattern(seen) is none
+    assert not none or judge(seen).verdict == "failed"
 
 
 @pytest.mark.parametrize(

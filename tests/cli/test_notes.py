@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import pytest
 
 from endocal.calibration.result import Calibration
@@ -57,3 +58,16 @@ def test_a_second_parameter_is_told_with_its_uncertainty(
     assert float(told[1]) == pytest.approx(found.model.lam2, rel=1e-4)
     assert float(told[2]) == pytest.approx(found.uncertainty.lam2, rel=0.05)
     assert re.search(r"^lambda2 +-\S+ ± \S+ px\^-4$", endocal("show", file).out, re.MULTILINE)
+
+
+def test_a_picture_of_no_pattern_is_named(endocal: Callable[..., Any], tmp_path: Path) -> None:
+    scene = board(size=(320, 240), center=(162.0, 118.0), square=21.0, lam=-1e-5)
+    noise = np.random.default_rng(1).normal(0, 1, (240, 320))
+    clouds = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 8), None, 0, 255, cv2.NORM_MINMAX)
+    for name, picture in (("board.png", render_board(scene)), ("clouds.png", clouds)):
+        assert cv2.imwrite(str(tmp_path / name), picture.astype(np.uint8))
+    paths = (tmp_path / name for name in ("clouds.png", "board.png"))
+    done = endocal("calibrate", *paths, "-o", tmp_path / "cal.toml")
+    assert done.code == 0, done.err
+    assert "clouds.png left out: no pattern of straight lines found in it" in done.err
+    assert "clouds" not in (tmp_path / "cal.toml").read_text()

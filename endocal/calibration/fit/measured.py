@@ -46,15 +46,21 @@ OUTLYING = 3.0
 class Refined:
     """A fit with the measured points it rests on.
 
-    ``view`` (n,) tells which view each point is from; ``board`` whether a chessboard was seen; ``corners``,
-    where they rather than the points told the model, the fit to them and its residuals' lines (m,).
+    ``view`` (n,) tells which view each point is from; ``boards`` the views in which a chessboard was seen;
+    ``corners``, where they rather than the points told the model, the fit to them and its residuals' lines
+    (m,).
     """
 
     fit: Fit
     measured: Measured
     view: Labels
-    board: bool
+    boards: frozenset[int]
     corners: tuple[Fit, Labels] | None = None
+
+    @property
+    def board(self) -> bool:
+        """Whether a chessboard was seen in any view."""
+        return bool(self.boards)
 
     @property
     def covariance(self) -> Floats:
@@ -107,9 +113,9 @@ def fit_measured(
                 for view, part, board in zip(views, parts, boards, strict=True)
             ]
     fit = _fit(everything, params, reach, prior, _softness(sigma), content)
-    on_a_board = any(board is not None for board in boards)
-    refined = Refined(fit, everything, view_of, on_a_board)
-    if on_a_board:
+    on_boards = frozenset(number for number, board in enumerate(boards) if board is not None)
+    refined = Refined(fit, everything, view_of, on_boards)
+    if refined.board:
         return refined
     return replace(refined, fit=_weighted(everything, fit, reach, prior, content))
 

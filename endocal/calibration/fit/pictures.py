@@ -8,10 +8,11 @@ lens at one zoom lie within a few of those standard deviations of each other, wh
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..straightness import Floats, Labels
+from ..straightness import Floats, Labels, root_mean_square
 from .measured import Refined, fit_alone
-from .plumb_line import Prior
+from .plumb_line import Prior, inlying, robust_sigma
 from .uncertainty import covariance
 
 # A picture with fewer lines than these tells no model of its own.
@@ -41,6 +42,19 @@ def distances(
             if one is not None and other is not None:
                 apart[i, j] = apart[j, i] = _apart(one[0] - other[0], one[1] + other[1])
     return apart
+
+
+def straightness_alone(
+    refined: Refined, chosen: NDArray[np.bool_], reach: float, prior: Prior, content: float
+) -> float:
+    """How far, px, the ``chosen`` points, those of one picture, are from straight under the model they tell.
+
+    Of lines too few to tell one, under that of all pictures.
+    """
+    own = refined.fit.residuals[chosen]
+    if len(np.unique(refined.measured.labels[chosen])) >= FEWEST_LINES:
+        own = fit_alone(refined, chosen, reach, prior, content)[0].residuals
+    return root_mean_square(own[inlying(own, robust_sigma(own))])
 
 
 def strangers(apart: Floats, most: float) -> list[int]:

@@ -35,7 +35,7 @@ def parallel(noise: float) -> tuple[np.ndarray, np.ndarray]:
 def refined(points: np.ndarray, labels: np.ndarray) -> Refined:
     m = measured(points, labels)
     fit = fit_model(points, labels, TRUTH, REACH, PRIOR, 0.1, m.sides)
-    return Refined(fit, m, np.zeros(len(points), np.intp), False)
+    return Refined(fit, m, np.zeros(len(points), np.intp), frozenset())
 
 
 def test_lambda_goes_with_an_open_centre_as_the_valley_is_curved() -> None:

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from endocal.calibration.image.edges import (
 )
 from endocal.calibration.image.picture import Picture, field_shift, fields, to_grey
 from endocal.errors import InputError
+from endocal.files import read_image
 from endocal.model import DivisionModel
 from endocal.synth.board import BoardScene, render_board
 from endocal.synth.camera import Camera, ContentCircle
@@ -174,12 +177,42 @@ def test_small_soft_squares_leave_nothing_even_and_are_seen(blur: float) -> None
     assert found.lam == pytest.approx(model.lam, rel=5e-3)
 
 
+@pytest.mark.parametrize(("blur", "vignetting"), [(0.6, 0.0), (0.6, 0.5), (0.9, 0.5)])
+def test_small_sharp_squares_leave_a_little_even_and_are_seen(
+    blur: float, vignetting: float
+) -> None:
+    model = DivisionModel(-1e-5, (156.0, 158.0), (320, 320))
+    pose = Pose((156.0, 158.0), 16.0, tilt=10.0, rotation=12.0, focal=500.0)
+    camera = Camera(blur=blur, vignetting=vignetting, noise=2.0)
+    scene = BoardScene(model, Pattern(cols=32, rows=32), pose, camera=camera)
+    result = calibrate(render_board(scene))
+    assert result.model.lam == pytest.approx(model.lam, rel=2e-3)
+    assert result.quality.verdict == "good"
+
+
+def test_a_small_picture_of_a_sharp_board_is_seen(sample_data: Path) -> None:
+    whole = read_image(sample_data / "board-2.png")
+    small = cv2.resize(whole, (180, 135), interpolation=cv2.INTER_AREA)
+    result = calibrate(small)
+    assert result.quality.verdict == "good"
+    scale = whole.shape[0] / small.shape[0]
+    assert result.model.lam == pytest.approx(scale**2 * calibrate(whole).model.lam, rel=0.02)
+
+
 @pytest.mark.parametrize("blur", [0.0, 1.0, 2.0])
 def test_noise_that_was_smoothed_is_noise(blur: float) -> None:
     noise = np.random.default_rng(0).normal(100, 8, (400, 500)).astype(np.float32)
     grey = cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise
     everywhere = np.ones(grey.shape, bool)
     assert len(find_edges(Picture(grey, everywhere))) < 50
+
+
+@pytest.mark.parametrize("enlarging", [cv2.INTER_NEAREST, cv2.INTER_LINEAR, cv2.INTER_CUBIC])
+@pytest.mark.parametrize("times", [2, 3])
+def test_noise_that_was_enlarged_is_noise(times: int, enlarging: int) -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (480 // times, 640 // times), np.uint8)
+    grey = cv2.resize(noise, (640, 480), interpolation=enlarging).astype(np.float32)
+    assert len(find_edges(Picture(grey, np.ones(grey.shape, bool)))) < 50
 
 
 def test_a_region_of_interest_is_the_limit() -> None:
