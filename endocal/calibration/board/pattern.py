@@ -235,9 +235,11 @@ def merge_twins(points: Floats, labels: Labels, params: Floats, distance: float)
     count = int(labels.max()) + 1
     under = Undistorted.of(points, params)
     lines = fit_lines(under.u, labels, count, under.denominator**2)
-    order = np.argsort(-np.bincount(labels, minlength=count))
+    sizes = np.bincount(labels, minlength=count)
+    order = np.argsort(-sizes)
     becomes = np.arange(count)
     scale = under.scale(lines.normals[labels])
+    members = np.split(np.argsort(labels, kind="stable"), np.cumsum(sizes)[:-1])
     for position, i in enumerate(order):
         if becomes[i] != i:
             continue
@@ -245,7 +247,7 @@ def merge_twins(points: Floats, labels: Labels, params: Floats, distance: float)
         for j in order[position + 1 :]:
             if becomes[j] != j or turned[j] < 0.97:
                 continue
-            mine = labels == j
+            mine = members[j]
             off = np.abs(under.u[mine] @ lines.normals[i] - lines.offsets[i]) / scale[mine]
             if np.quantile(off, 0.8) < distance:
                 becomes[j] = i

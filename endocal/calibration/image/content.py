@@ -67,7 +67,8 @@ def _inside(
         y, x = np.ogrid[:h, :w]
         dx = (x - boundary.center[0]) * pixel_aspect
         reach = max(0.0, boundary.diameter / 2 - margin)
-        mask &= dx**2 + (y - boundary.center[1]) ** 2 < reach**2
+        # Compared row by column: squared distances of all pixels would fill the memory of a large picture.
+        mask &= dx**2 < reach**2 - (y - boundary.center[1]) ** 2
     if roi is not None:
         x0, y0, width, height = roi
         inside = np.zeros_like(mask)
