@@ -15,6 +15,7 @@ from ..errors import EndocalError, InputError, UsageError
 from ..files import atomic_output, dumps, load, loads
 from ..files.names import shown
 from ..report.calibration import Study, calibration_page
+from ..report.figures import require_figures
 from ..report.page import Html
 from ..report.run import run_page
 from ..report.zoom_table import zoom_table_page
@@ -72,6 +73,7 @@ def report(spec: ReportSpec) -> ReportDone:
     another kind of file, EndocalError where matplotlib is missing.
     """
     place = spec.page
+    require_figures()
     name = "stdin" if spec.file == PIPE else Path(spec.file).name
     lens = None if Path(spec.file).suffix.lower() in LOG_SUFFIXES else load(spec.file)
     pictures, missing = _recorded(lens, spec) if isinstance(lens, Calibration) else ([], None)

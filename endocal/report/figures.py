@@ -67,10 +67,11 @@ _STYLE: dict[Any, Any] = {
 
 def require_figures() -> None:
     """Raise EndocalError, saying what to install, where plots cannot be made: call it before the work."""
-    # Where its folders cannot be written, as without a home, it would tell of temporary ones that it takes:
-    # nobody need do anything about that. A level that somebody has set stays.
+    # Where its folders cannot be written, as without a home, it tells of temporary ones that it takes as it
+    # is loaded: nobody need do anything about that. A level that somebody has set stays.
     logger = logging.getLogger("matplotlib")
-    if logger.level == logging.NOTSET:
+    level = logger.level
+    if level == logging.NOTSET:
         logger.setLevel(logging.ERROR)
     try:
         import matplotlib  # noqa: F401
@@ -78,6 +79,8 @@ def require_figures() -> None:
         raise EndocalError(
             "reports need matplotlib: pip install 'endocal-toolchain[report]'"
         ) from None
+    finally:
+        logger.setLevel(level)
 
 
 def plot(

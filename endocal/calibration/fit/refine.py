@@ -22,8 +22,9 @@ from .view import View
 
 # Where the fit is started besides the search's answer: lambda times the squared reach of the points.
 STARTS = (-1.4, -0.9, -0.4, 0.0)
-# Points that the starts are compared on; all of them serve from then on.
-SCOUTS = 3000
+# Points that the starts are compared on; all of them serve from then on. As many are of no more views than so
+# many: of more, each keeps enough for its lines.
+SCOUTS, SCOUTED_VIEWS = 3000, 4
 # How near to its line a point must be, px, in the rounds of a start, and in those of the one that won.
 START_ROUNDS = (5.0, 3.5, 2.5)
 START_JUDGED = 2.0
@@ -56,7 +57,8 @@ def best_start(views: Sequence[View], found: Floats, reach: float, prior: Prior)
     better one before them settle it. None where no start finds a line.
     """
     total = sum(len(v.edges) for v in views)
-    share = min(1.0, SCOUTS / max(total, 1))
+    count = SCOUTS * max(1.0, len(views) / SCOUTED_VIEWS)
+    share = min(1.0, count / max(total, 1))
     scouts = [replace(v, edges=_scouts(v.edges, share)) for v in views]
     spec = LineSpec(0.0, np.deg2rad(8), max(10, int(FEWEST_POINTS * share)), SHORTEST_SPAN * reach)
     # The farthest from the search's answer first: where those come back to it, it is right.

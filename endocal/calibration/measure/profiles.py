@@ -116,14 +116,16 @@ class Measured:
     def thinned(self, most: int) -> Measured:
         """Return every second, third, … point, so that about ``most`` remain.
 
-        A line of which no more remain than what is fitted to it would tell nothing, and is left out.
+        A line of which no more remain than what is fitted to it would tell nothing, and is left out. Where
+        that leaves out most lines, there are too many of them to be thinned.
         """
         step = len(self.points) // most
         if step < 2:
             return self
         chosen = np.arange(len(self.points)) % step == 0
         remaining = np.bincount(self.labels[chosen], minlength=int(self.labels.max()) + 1)
-        return self.take(chosen & (remaining > FITTED_TO_A_LINE)[self.labels])
+        telling = remaining > FITTED_TO_A_LINE
+        return self.take(chosen & telling[self.labels]) if telling.mean() > 0.5 else self
 
 
 def smoothed(grey: Grey, size: float = SMOOTHING) -> Grey:

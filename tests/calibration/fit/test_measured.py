@@ -30,3 +30,8 @@ def test_a_thinned_line_of_which_next_to_nothing_remains_is_left_out() -> None:
     thin = whole.thinned(len(whole.points) // 10)
     assert np.bincount(thin.labels).tolist() == [20, 20]
     assert np.unique(thin.points[:, 1]).tolist() == [0.0, 18.0]
+
+
+def test_of_more_lines_than_can_be_thinned_all_points_stay() -> None:
+    whole = lines_of(*[20] * 300)
+    assert whole.thinned(600) is whole
