@@ -152,10 +152,9 @@ def fit_again(
     refined: Refined, start: Floats, reach: float, prior: Prior, content: float
 ) -> Refined:
     """Fit another model, from ``start``, to lines that are measured already."""
-    fit = replace(refined.fit, params=start)
-    # The first time the softness is that of another model.
-    for part in (refined.measured.thinned(ENOUGH_POINTS), refined.measured):
-        fit = _fit(part, fit.params, reach, prior, _softness(fit.sigma), content)
+    # That fit's softness is that of another model.
+    few = fit_to_few(refined, start, reach, prior, content)
+    fit = _fit(refined.measured, few.params, reach, prior, _softness(few.sigma), content)
     return replace(refined, fit=fit)
 
 
