@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any, TypeVar
@@ -22,7 +23,8 @@ from ..calibration.hough.votes import Voters
 from ..calibration.image.content import content_mask
 from ..calibration.image.edges import find_edges, sobel_gradients
 from ..calibration.image.picture import Picture, to_grey
-from ..calibration.search import Found, Measure, Region, search
+from ..calibration.methods.grid import SCOUTS, margin
+from ..calibration.search import Found, Measure, Region, Scout, search
 from ..calibration.spec import CalibrationSpec
 from ..errors import EndocalError
 from ..files import write_image
@@ -202,19 +204,21 @@ def _row(problem: _Problem, article: ArticleTime, spec: CalibrationSpec, repeats
     voters = Voters.of(problem.points, problem.gradients, problem.height)
     votes = plain_hewg.Votes.of(voters)
 
-    def plain(lams: Floats, xs: Floats, ys: Floats) -> Floats:
-        return plain_hewg.grid(votes, lams, xs, ys)
-
     def minimum(found: Found) -> Minimum:
         lam, x, y = (float(v) for v in found.params)
         return Minimum(lam, (x, y), plain_hewg.entropy(votes, lam, x, y))
 
-    def searched(measure: Measure) -> Found:
-        return search(measure, problem.region, spec.samples, spec.epsilon, spec.max_rounds)
+    def searched(measure: Measure, scout: Scout | None = None) -> Found:
+        limits = spec.samples, spec.epsilon, spec.max_rounds
+        return search(measure, problem.region, *limits, scout=scout)
 
-    ours, found = _timed(lambda: searched(lambda *axes: hewg(voters, *axes)), repeats)
-    peers, plain_found = _timed(lambda: searched(plain), 1)
-    return Row(article, ours, peers, minimum(found), minimum(plain_found))
+    def ours() -> Found:
+        few = voters.only(slice(None, None, SCOUTS))
+        return searched(partial(hewg, voters), Scout(partial(hewg, few), margin([len(few)])))
+
+    times, found = _timed(ours, repeats)
+    peers, plain_found = _timed(lambda: searched(partial(plain_hewg.grid, votes)), 1)
+    return Row(article, times, peers, minimum(found), minimum(plain_found))
 
 
 def _time_command(scene: BoardScene, repeats: int) -> Seconds:

@@ -2,19 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from .straightness import Floats
+from .straightness import Chosen, Floats
 
-# (lams, xs, ys) -> costs of every combination, (len(lams), len(xs), len(ys)).
-Measure = Callable[[Floats, Floats, Floats], Floats]
 Range = tuple[float, float]
 
 # Where it is searched again: to both sides of what was found, as a share of lambda and of half the region.
 AROUND_LAMBDA, AROUND_CENTER = 0.12, 0.5
+# A round of which a scout leaves this share to be measured is the last that it goes ahead in: the models of
+# the next one are nearer to each other, and it would leave all.
+STILL_MANY = 0.3
+
+
+class Measure(Protocol):
+    """The cost of models."""
+
+    def __call__(
+        self, lams: Floats, xs: Floats, ys: Floats, chosen: Chosen | None = None, /
+    ) -> Floats:
+        """Return the costs of every combination, (len(lams), len(xs), len(ys)).
+
+        ``lams`` px^-2; ``xs`` and ``ys`` the centre's coordinates, px. Where ``chosen`` ones are given, of
+        that shape, the others cost infinity.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Scout:
+    """A quicker ``measure`` that goes ahead: what it finds worse than its least by ``margin`` is left out."""
+
+    measure: Measure
+    margin: float
+
+    def chosen(self, lams: Floats, xs: Floats, ys: Floats) -> Chosen:
+        """Return which of every combination, (len(lams), len(xs), len(ys)), may have the least cost."""
+        costs = self.measure(lams, xs, ys)
+        return np.asarray(costs <= costs.min() + self.margin)
 
 
 @dataclass(frozen=True)
@@ -42,6 +71,7 @@ def search(
     epsilon: float,
     max_rounds: int,
     again: int = 0,
+    scout: Scout | None = None,
 ) -> Found:
     """Minimise a measure over a region by rounds of ``samples`` per axis.
 
@@ -52,16 +82,18 @@ def search(
     The valley of an entropy may be narrower than the first round's steps, and run askew to the axes: then it
     is left after that round, for good. So up to ``again`` times the search is done again around what it
     found, AROUND_LAMBDA to both sides and half of the centre's region, while that finds something better.
+
+    Where a ``scout`` goes ahead, only what it leaves of a round is measured.
     """
     limits = (region.lam, region.x, region.y)
-    best = _narrowed(measure, limits, limits, samples, epsilon, max_rounds)
+    best = _narrowed(measure, limits, limits, samples, epsilon, max_rounds, scout)
     shares = (
         AROUND_LAMBDA * abs(best.params[0]),
         *(AROUND_CENTER * (b - a) / 2 for a, b in limits[1:]),
     )
     for _ in range(again):
         ranges = _clipped(best.params, shares, limits)
-        other = _narrowed(measure, ranges, limits, samples, epsilon, max_rounds)
+        other = _narrowed(measure, ranges, limits, samples, epsilon, max_rounds, scout)
         rounds = best.rounds + other.rounds
         if other.cost >= best.cost:
             return Found(best.params, best.cost, rounds)
@@ -76,12 +108,21 @@ def _narrowed(
     samples: int,
     epsilon: float,
     max_rounds: int,
+    scout: Scout | None,
 ) -> Found:
     """Algorithm 1, which starts with ``ranges`` and never leaves ``limits``."""
     best = Found(np.array([np.mean(r) for r in ranges]), np.inf, 0)
     for round_number in range(1, max_rounds + 1):
-        axes = [np.linspace(*r, samples) if r[1] > r[0] else np.array([r[0]]) for r in ranges]
-        costs = measure(*axes)
+        lams, xs, ys = axes = [
+            np.linspace(*r, samples) if r[1] > r[0] else np.array([r[0]]) for r in ranges
+        ]
+        if scout is None:
+            costs = measure(lams, xs, ys)
+        else:
+            chosen = scout.chosen(lams, xs, ys)
+            costs = measure(lams, xs, ys, chosen)
+            if chosen.mean() > STILL_MANY:
+                scout = None
         at = np.unravel_index(int(np.argmin(costs)), costs.shape)
         params = np.array([axis[i] for axis, i in zip(axes, at, strict=True)])
         if costs[at] < best.cost:

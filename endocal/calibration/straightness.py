@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.intp]
+Chosen = NDArray[np.bool_]
 
 # The denominator of the model is kept above this where points near the fold are tried.
 LEAST_DENOMINATOR = 0.02

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endocal.calibration.search import Region, search
+from endocal.calibration.search import STILL_MANY, Region, Scout, search
 
 REGION = Region((-1e-5, -1e-7), (300.0, 420.0), (220.0, 320.0))
 
@@ -113,3 +113,49 @@ def test_it_is_done_again_only_while_that_finds_better() -> None:
     assert list(found.params) == list(first.params)
     # One more search, around what was found, and no third.
     assert first.rounds < len(calls) == found.rounds < 2 * first.rounds
+
+
+@given(st.floats(-1e-5, -1e-7), st.floats(300, 420), st.floats(220, 320), st.floats(0, 1))
+def test_a_scout_that_is_off_by_less_than_its_margin_changes_nothing(
+    lam: float, x: float, y: float, off: float
+) -> None:
+    cost = bowl(lam, x, y)
+    measured = []
+
+    def measure(
+        lams: np.ndarray, xs: np.ndarray, ys: np.ndarray, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        costs = cost(lams, xs, ys)
+        measured.append(1.0 if chosen is None else float(chosen.mean()))
+        return costs if chosen is None else np.where(chosen, costs, np.inf)
+
+    def rough(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray, _: object = None) -> np.ndarray:
+        costs = cost(lams, xs, ys)
+        return costs + off * np.sin(1e3 * costs)
+
+    whole = search(cost, REGION, 10, 1e-9, 20)
+    found = search(measure, REGION, 10, 1e-9, 20, scout=Scout(rough, 2 * off))
+    assert list(found.params) == list(whole.params)
+    assert (found.cost, found.rounds) == (whole.cost, whole.rounds)
+    # It goes ahead until it leaves too much to be worth it.
+    ahead = [share for share in measured if share < 1]
+    assert measured[: len(ahead)] == ahead
+    assert all(share <= STILL_MANY for share in ahead[:-1])
+
+
+def test_a_scout_goes_ahead_while_it_leaves_little() -> None:
+    asked = []
+
+    def rough(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray, _: object = None) -> np.ndarray:
+        asked.append(lams[-1] - lams[0])
+        return bowl(-5e-6, 360, 270)(lams, xs, ys)
+
+    def measure(
+        lams: np.ndarray, xs: np.ndarray, ys: np.ndarray, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        costs = bowl(-5e-6, 360, 270)(lams, xs, ys)
+        return costs if chosen is None else np.where(chosen, costs, np.inf)
+
+    # A bowl of which the first round's grid has costs to 100, the second's to 5 and the third's to 0.3.
+    search(measure, REGION, 10, 1e-9, 20, scout=Scout(rough, 0.2))
+    assert len(asked) == 3

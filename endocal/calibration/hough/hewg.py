@@ -25,7 +25,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from ..straightness import LEAST_DENOMINATOR, Floats, Labels
+from ..straightness import LEAST_DENOMINATOR, Chosen, Floats, Labels
 from .settled import settled
 from .tally import Tally, gains_of
 from .votes import Around, Cells, Room, Voters
@@ -46,17 +46,23 @@ ROUNDED = 10.0
 MOST_AGAIN = 32
 
 
-def hewg(voters: Voters, lams: Floats, xs: Floats, ys: Floats) -> Floats:
+def hewg(
+    voters: Voters, lams: Floats, xs: Floats, ys: Floats, chosen: Chosen | None = None
+) -> Floats:
     """Return the entropy (eq. 6) for every combination: (len(lams), len(xs), len(ys)).
 
     ``lams`` px^-2; ``xs`` and ``ys`` the centre's coordinates, px. A point that a model cannot undistort
-    votes for a cell of its own, so that entropies of different models compare.
+    votes for a cell of its own, so that entropies of different models compare. Those that are not
+    ``chosen``, of the same shape, have infinity in its place.
     """
     models = _Models.of(voters, lams, xs, ys)
     room = Room(max(BLOCK, len(voters)))
-    out = np.empty(models.magnifications.shape)
+    out = np.full(models.magnifications.shape, np.inf)
     gains = gains_of(len(voters))
-    _fill(out, voters, models, np.empty(0, np.int32), gains, room)
+    if chosen is None:
+        _fill(out, voters, models, np.empty(0, np.int32), gains, room)
+    else:
+        _count_some(out, voters, models, chosen.transpose(1, 2, 0), gains, room)
     _count_best_again(out.ravel(), voters, models, gains)
     return out.transpose(2, 0, 1)
 
@@ -183,3 +189,19 @@ def _count(out: Floats, voters: Voters, models: _Models, tally: Tally, room: Roo
                 found = tally.entropies(cells.reshape(-1, cells.shape[-1]), room)
                 entropies[at] = found.reshape(cells.shape[:2])
     out[...] = entropies.reshape(out.shape)
+
+
+def _count_some(
+    out: Floats, voters: Voters, models: _Models, chosen: Chosen, gains: Floats, room: Room
+) -> None:
+    """Set those of ``out``, (len(xs), len(ys), len(lams)), that are ``chosen``: few, and of unlike models."""
+    tally = Tally(gains, np.empty(0, np.int32))
+    most = max(1, BLOCK // len(voters))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for x, y in np.argwhere(chosen.any(axis=2)):
+            around = Around.of(voters, models.xs[x, None], models.ys[y, None])
+            lams = np.flatnonzero(chosen[x, y])
+            for i in range(0, len(lams), most):
+                at = lams[i : i + most]
+                cells = around.cells(models.lams[at], models.magnifications[x, y][None, at], room)
+                out[x, y, at] = tally.entropies(cells[0], room)

@@ -52,8 +52,8 @@ class EdgePoints:
     def __len__(self) -> int:
         return len(self.points)
 
-    def take(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> EdgePoints:
-        """Return some of the points, by index or mask."""
+    def take(self, chosen: NDArray[np.intp] | NDArray[np.bool_] | slice) -> EdgePoints:
+        """Return some of the points, by index, mask or slice."""
         return EdgePoints(self.points[chosen], self.gradients[chosen])
 
 

@@ -34,7 +34,7 @@ def _hewg(points: Floats, gradients: Floats, size: tuple[float, float]) -> Measu
     return partial(hewg, Voters.of(points, gradients, size[1]))
 
 
-HEWG = NamedMeasure(_hewg)
+HEWG = NamedMeasure(_hewg, scouted=True)
 _HEPLP = NamedMeasure(heplp.prepare, heplp.MOST_POINTS)
 _HEWOG = NamedMeasure(hewog.prepare, hewog.MOST_POINTS)
 _HT1D = NamedMeasure(ht1d.prepare)

@@ -116,6 +116,20 @@ def test_the_blocks_of_a_grid_do_not_show(monkeypatch: pytest.MonkeyPatch, rows:
     assert np.array_equal(hewg(voters, *grid), whole)
 
 
+@pytest.mark.parametrize("rows", [1, 2, 16])
+def test_of_a_grid_only_those_chosen_are_counted(
+    monkeypatch: pytest.MonkeyPatch, rows: int
+) -> None:
+    points, gradients, _ = edges_on_lines(TRUTH)
+    voters = Voters.of(points, gradients, SIZE[1])
+    grid = (np.linspace(-4e-6, -1e-7, 7), np.array([350.0, 366.0, 367.0]), np.array([262.0, 263.0]))
+    chosen = np.random.default_rng(rows).random((7, 3, 2)) < 0.5
+    monkeypatch.setattr("endocal.calibration.hough.hewg.BLOCK", rows * len(points))
+    monkeypatch.setattr(AGAIN, lambda *grid: None)
+    whole = hewg(voters, *grid)
+    assert np.array_equal(hewg(voters, *grid, chosen), np.where(chosen, whole, np.inf))
+
+
 @pytest.mark.parametrize("width", [1.0, 0.05, 0.01, 1e-4, 0.0])
 def test_a_grid_has_the_entropies_of_its_models_each_by_itself(
     monkeypatch: pytest.MonkeyPatch, width: float

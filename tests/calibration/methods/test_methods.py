@@ -1,7 +1,9 @@
 """The article's methods: each measure against the plainest loop over its formulas, and all near the truth."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,14 +12,18 @@ from scipy.special import ndtr
 from endocal import CalibrationSpec, calibrate
 from endocal.benchmarks.corner_score import as_grid, straightness
 from endocal.calibration.fit.view import View
+from endocal.calibration.hough.hewg import hewg
+from endocal.calibration.hough.votes import Voters
 from endocal.calibration.image.edges import EdgePoints
 from endocal.calibration.methods.cht import face_cells, face_points
 from endocal.calibration.methods.entropy import entropy
-from endocal.calibration.methods.grid import voting_edges
+from endocal.calibration.methods.grid import SCOUTS_MARGIN, margin, voting_edges
 from endocal.calibration.methods.heplp import SecondMap
 from endocal.calibration.methods.hewog import vote_map
-from endocal.calibration.methods.registry import METHODS
+from endocal.calibration.methods.registry import HEWG, METHODS
 from endocal.calibration.methods.tangents import Tangents
+from endocal.calibration.objective import task_of
+from endocal.calibration.scene import look_at
 from endocal.errors import CalibrationError, UsageError
 from endocal.files import read_image
 from endocal.model import DivisionModel
@@ -111,6 +117,35 @@ def test_a_given_centre_is_kept(name: str) -> None:
         method=name, refine=False, samples=4, max_rounds=2, center=(160.0, 120.0)
     )
     assert calibrate(render_board(board(**SMALL)), spec).model.center == (160.0, 120.0)
+
+
+@pytest.mark.parametrize("views", [1, 3])
+def test_hewgs_search_measures_few_models_and_finds_what_it_would_among_all(
+    monkeypatch: pytest.MonkeyPatch, views: int
+) -> None:
+    spec = CalibrationSpec()
+    pictures = [render_board(board(rotation=5.0 + 20 * i)) for i in range(views)]
+    task = task_of(look_at(pictures, spec), spec)
+    shares = []
+
+    def counting(
+        voters: Voters, lams: Any, xs: Any, ys: Any, chosen: np.ndarray | None = None
+    ) -> np.ndarray:
+        if chosen is not None:
+            shares.append(chosen.mean())
+        return hewg(voters, lams, xs, ys, chosen)
+
+    monkeypatch.setattr("endocal.calibration.methods.registry.hewg", counting)
+    found = HEWG.solve(task)
+    assert 0 < shares[0] < 0.2
+    whole = replace(HEWG, scouted=False).solve(task)
+    assert list(found.params) == list(whole.params)
+    assert found.cost == whole.cost
+
+
+def test_the_margin_of_scouts_is_that_of_their_mean() -> None:
+    assert margin([2000] * 4) == pytest.approx(margin([2000]) / 2)
+    assert margin([400]) == pytest.approx(SCOUTS_MARGIN / 20)
 
 
 # How far each method's lambda may be off on a plain board, bare, with few samples: HEwoG is
