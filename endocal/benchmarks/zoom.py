@@ -126,13 +126,14 @@ def steady_clip(seed: int, seconds: float = 2.0) -> ClipScene:
 def table_of(lens: ZoomLens) -> ZoomTable:
     """Return the zoom table that exact calibrations of the lens would give."""
     settings = []
+    size = lens.model.size
     for zoom in _SETTINGS:
         model, circle = lens.model_at(zoom), lens.circle_at(zoom)
-        area = boundary_of(circle.center, circle.diameter, SIZE).area
+        area = boundary_of(circle.center, circle.diameter, size).area
         settings.append(
             Setting(model.lam, model.center, circle.diameter, area, circle=circle.center)
         )
-    return ZoomTable(tuple(settings), SIZE)
+    return ZoomTable(tuple(settings), size)
 
 
 def follow_clip(
@@ -155,7 +156,8 @@ def follow_clip(
         circle = frame.circle
         wrong = math.log(estimate.diameter / circle.diameter)
         doubts.append(wrong / estimate.relative_uncertainty)
-        hidden.append(boundary_of(circle.center, circle.diameter, SIZE).visible == 0)
+        limits = boundary_of(circle.center, circle.diameter, frame.model.size)
+        hidden.append(limits.visible == 0)
         sources[estimate.source] += 1
         tick(frame.index)
     error, out = np.array(errors), np.array(hidden)

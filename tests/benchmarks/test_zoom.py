@@ -9,12 +9,17 @@ from dataclasses import replace
 import numpy as np
 
 from endocal.benchmarks import boundary, rims, zoom
+from endocal.synth.lens import typical_lens
 from endocal.synth.motion import ZoomPath
+
+# The benchmark's lens before half as large a sensor, which takes a fifth of the time to draw.
+SMALL = typical_lens((640, 360), fill=1.0)
 
 
 def test_a_clip_that_zooms_beyond_its_rim_and_back_is_followed() -> None:
     # Five times as fast as the benchmark's 20 s.
-    score, error = zoom.follow_clip("short", zoom.zooming_clip(7, seconds=4.0))
+    clip = replace(zoom.zooming_clip(7, seconds=4.0), lens=SMALL)
+    score, error = zoom.follow_clip("short", clip)
     assert score.frames == 100
     assert score.hidden >= 30
     assert score.sources["tracked"] >= 30
@@ -29,7 +34,7 @@ def test_a_clip_that_zooms_beyond_its_rim_and_back_is_followed() -> None:
 def test_a_camera_that_roams_before_organs_is_no_zoom_beyond_what_is_stated() -> None:
     # The benchmark's clip, but that it zooms at once, and ends soon after.
     at_once = ZoomPath(((0.0, 1.0), (2.0, 2.3), (3.1, 2.3)))
-    clip = replace(zoom.rough_clip(4, seconds=3.1), path=at_once)
+    clip = replace(zoom.rough_clip(4, seconds=3.1), path=at_once, lens=SMALL)
     score, error = zoom.follow_clip("rough", clip)
     assert score.hidden >= 30
     assert score.hidden_doubts is not None
