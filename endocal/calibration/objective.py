@@ -56,4 +56,4 @@ def _chosen(scene: Scene, spec: CalibrationSpec) -> list[Floats] | None:
                 raise UsageError(
                     f"--lines: line {number} leaves the {w}x{h} px picture at {x:g},{y:g}"
                 )
-    return [np.array(line) * (spec.pixel_aspect, 1.0) for line in spec.lines]
+    return [np.array(line) * (spec.aspect, 1.0) for line in spec.lines]

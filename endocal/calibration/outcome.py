@@ -75,7 +75,7 @@ def outcome(
     model = _model(scene, spec, fit.params)
     uncertainty = Uncertainty(
         float(sigmas[0]),
-        (float(sigmas[1]) / spec.pixel_aspect, float(sigmas[2])),
+        (float(sigmas[1]) / spec.aspect, float(sigmas[2])),
         float(sigmas[3]) if len(sigmas) > 3 else None,
     )
     evidence = replace(
@@ -158,9 +158,9 @@ def _model(scene: Scene, spec: CalibrationSpec, params: Floats) -> DivisionModel
     try:
         return DivisionModel(
             params[0],
-            (params[1] / spec.pixel_aspect, params[2]),
+            (params[1] / spec.aspect, params[2]),
             scene.size,
-            spec.pixel_aspect,
+            spec.aspect,
             params[3] if len(params) > 3 else 0.0,
         )
     except InputError as error:

@@ -60,14 +60,14 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
     everywhere = np.zeros((h, w), bool)
     for number, image in enumerate(images):
         grey = to_grey(image)
-        boundary = find_boundary(np.rint(grey).astype(np.uint8), spec.pixel_aspect)
+        boundary = find_boundary(np.rint(grey).astype(np.uint8), spec.aspect)
         boundaries.append(boundary)
-        content, beyond = content_masks(grey, boundary, spec.pixel_aspect, spec.roi)
+        content, beyond = content_masks(grey, boundary, spec.aspect, spec.roi)
         everywhere |= content
         parts = fields(grey)
         for first_row, field in enumerate(parts):
-            (edges, outer), step = _edges(Picture(field, content, beyond), spec.pixel_aspect)
-            shown = _square(field, spec.pixel_aspect)
+            (edges, outer), step = _edges(Picture(field, content, beyond), spec.aspect)
+            shown = _square(field, spec.aspect)
             own = first_row if len(parts) > 1 else None
             views.append(View(shown, edges, number, step, outer, own))
     if sum(len(view.edges) for view in views) < FEWEST_EDGES:
@@ -77,7 +77,7 @@ def look_at(images: Sequence[Image], spec: CalibrationSpec) -> Scene:
             " needed"
         )
     views = [view for view in views if len(view.edges) > 0]
-    square = (w * spec.pixel_aspect, float(h))
+    square = (w * spec.aspect, float(h))
     return Scene(views, _widest(boundaries), (w, h), square, _prior(spec, (w, h)), everywhere)
 
 
@@ -142,10 +142,10 @@ def _prior(spec: CalibrationSpec, size: tuple[int, int]) -> Prior:
     """
     # Between the first pixel's centre and the last one's, which lie at 0 and at w - 1 before x is stretched.
     w, h = size
-    middle = (spec.pixel_aspect * (w - 1) / 2, (h - 1) / 2)
-    spread = (spec.pixel_aspect * w * spec.center_region / 2, h * spec.center_region / 2)
+    middle = (spec.aspect * (w - 1) / 2, (h - 1) / 2)
+    spread = (spec.aspect * w * spec.center_region / 2, h * spec.center_region / 2)
     if spec.center == "free":
         return Prior(middle, spread)
     if isinstance(spec.center, tuple):
-        return Prior((spec.center[0] * spec.pixel_aspect, spec.center[1]), (0.0, 0.0))
+        return Prior((spec.center[0] * spec.aspect, spec.center[1]), (0.0, 0.0))
     return Prior(middle, (0.0, 0.0))

@@ -35,8 +35,9 @@ class CalibrationSpec:
     stops, are the article's. ``center_region`` is the share of width and height, 0 to 1, in which the centre
     is sought. ``sobel`` is how many px around an edge point tell its direction, the article's size of a mask.
     ``roi`` is (x, y, width, height) in px: edges outside it are ignored. ``model`` is one of MODELS.
-    ``pixel_aspect`` is a pixel's width over its height, 0.1 to 10. ``lines`` are lines that somebody chose in
-    the picture, for the methods that take some. Raises UsageError for values that make no sense.
+    ``pixel_aspect`` is a pixel's width over its height, 0.1 to 10; None where nobody says. ``lines`` are
+    lines that somebody chose in the picture, for the methods that take some. Raises UsageError for values
+    that make no sense.
     """
 
     method: str = "hewg"
@@ -49,7 +50,7 @@ class CalibrationSpec:
     sobel: int = 21
     roi: tuple[int, int, int, int] | None = None
     model: str = "division"
-    pixel_aspect: float = 1.0
+    pixel_aspect: float | None = None
     lines: Lines | None = None
 
     def __post_init__(self) -> None:
@@ -62,7 +63,7 @@ class CalibrationSpec:
                 "--no-refine: a search alone tells one parameter; --model division2 needs the refinement"
             )
         _check_center(self.center)
-        if not (_is_number(self.pixel_aspect) and 0.1 <= self.pixel_aspect <= 10):
+        if not (_is_number(self.aspect) and 0.1 <= self.aspect <= 10):
             raise UsageError(
                 f"--pixel-aspect {self.pixel_aspect}: a ratio from 0.1 to 10 is needed"
             )
@@ -79,6 +80,11 @@ class CalibrationSpec:
             if self.method not in METHODS_OF_LINES:
                 raise UsageError(f"--lines goes with --method {' or '.join(METHODS_OF_LINES)}")
             check_lines(self.lines)
+
+    @property
+    def aspect(self) -> float:
+        """A pixel's width over its height: 1 where nobody says."""
+        return 1.0 if self.pixel_aspect is None else self.pixel_aspect
 
 
 def check_lines(lines: Lines) -> None:

@@ -16,10 +16,10 @@ from .options import (
     Json,
     Output,
     Overwrite,
-    PixelAspect,
     Roi,
     Samples,
     Sobel,
+    StatedAspect,
     note,
     parse_center,
     parse_roi,
@@ -70,7 +70,7 @@ def command(
     samples: Samples = 10,
     sobel: Sobel = 21,
     roi: Roi = None,
-    pixel_aspect: PixelAspect = 1.0,
+    pixel_aspect: StatedAspect = None,
     lines: ChosenLines = None,
     page: Page = None,
     force: Annotated[
@@ -117,7 +117,7 @@ def command(
 
         # For a calibration that failed too: it shows why.
         name = output.name if str(output) != "-" else images[0].name
-        report_calibration(report, spec, name, str(page), overwrite)
+        report_calibration(report, name, str(page), overwrite)
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
         names = ", ".join(str(image) for image in images)

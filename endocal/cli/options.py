@@ -61,6 +61,14 @@ Roi = Annotated[
     typer.Option(metavar="X,Y,W,H", help="Look at this part of the picture only, px."),
 ]
 PixelAspect = Annotated[float, typer.Option(metavar="A", help="A pixel's width over its height.")]
+StatedAspect = Annotated[
+    float | None,
+    typer.Option(
+        metavar="A",
+        help="A pixel's width over its height; else what the picture's file says, where that fits, or 1.",
+        show_default=False,
+    ),
+]
 ChosenLines = Annotated[
     Path | None,
     typer.Option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import UsageError
-from .options import METHODS, MODELS, Json, Output, Overwrite, note, print_json
+from .options import METHODS, MODELS, Json, Output, Overwrite, StatedAspect, note, print_json
 from .pages import Page, check_page
 
 if TYPE_CHECKING:
@@ -45,9 +45,7 @@ def command(
             metavar="NAME", autocompletion=MODELS, help="division or division2 (two parameters)."
         ),
     ] = "division",
-    pixel_aspect: Annotated[
-        float, typer.Option(metavar="A", help="A pixel's width over its height, of images.")
-    ] = 1.0,
+    pixel_aspect: StatedAspect = None,
     page: Page = None,
     overwrite: Overwrite = False,
     json: Json = False,

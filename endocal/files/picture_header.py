@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 from ..errors import InputError
 
@@ -38,6 +39,7 @@ _TAGS = (_WIDTH, _HEIGHT, _COMPRESSION, _STRIPS, _ORIENTATION, _STRIP_BYTES, _TI
 # None, CCITT, LZW, JPEG, Deflate, PackBits. Of any other OpenCV makes a black picture without a word.
 _TIFF_COMPRESSIONS = frozenset((1, 2, 3, 4, 5, 7, 8, 32773, 32946))
 _TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
+_TIFF_RATIO = 5
 
 _TRUNCATED = "is truncated: the end of the picture is missing"
 
@@ -104,21 +106,28 @@ def _read_png(data: bytes) -> PictureHeader:
     length, kind, width, height = struct.unpack_from(">I4sII", data, 8)
     if kind != b"IHDR" or length != 13:
         raise InputError("is damaged: a PNG without a header")
-    orientation, at = 1, len(PNG)
-    while at + 12 <= len(data):
-        length, kind = struct.unpack_from(">I4s", data, at)
-        end = at + 12 + length
-        if end > len(data):
-            break
-        (checksum,) = struct.unpack_from(">I", data, end - 4)
-        if zlib.crc32(memoryview(data)[at + 4 : end - 4]) != checksum:
+    orientation = 1
+    for kind, at, end in png_chunks(data):
+        (checksum,) = struct.unpack_from(">I", data, end)
+        if zlib.crc32(memoryview(data)[at - 4 : end]) != checksum:
             return PictureHeader(width, height, "is damaged: a checksum in it is wrong")
         if kind == b"eXIf":
-            orientation = _exif_orientation(data[at + 8 : end - 4])
+            orientation = _exif_orientation(data[at:end])
         if kind == b"IEND":
             return PictureHeader(width, height, None, orientation)
-        at = end
     return PictureHeader(width, height, _TRUNCATED)
+
+
+def png_chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
+    """Yield the chunks of a PNG that are all there: what kind, and from where to where they say it."""
+    at = len(PNG)
+    while at + 12 <= len(data):
+        length, kind = struct.unpack_from(">I4s", data, at)
+        end = at + 8 + length
+        if end + 4 > len(data):
+            return
+        yield kind, at + 8, end
+        at = end + 4
 
 
 def _read_jpeg(data: bytes) -> PictureHeader:
@@ -197,6 +206,23 @@ def _tiff_directories(data: bytes) -> Iterator[tuple[int, int]]:
         end = first + count * (20 if big else 12)
         there = end + struct.calcsize(place) <= len(data)
         (start,) = struct.unpack_from(place, data, end) if there else (0,)
+
+
+def is_tiff(data: bytes) -> bool:
+    """Say whether a file's bytes are a TIFF's."""
+    return data[:4] in _TIFF_ORDER
+
+
+def tiff_ratio(data: bytes, wanted: int) -> Fraction:
+    """Return the ratio that a tag of a TIFF's first directory gives; 0 where it gives none."""
+    order, big = _tiff_kind(data)
+    for tag, kind, length, at in _tiff_entries(data):
+        if tag == wanted and kind == _TIFF_RATIO and length == 1:
+            if not big:
+                (at,) = struct.unpack_from(order + "I", data, at + 8)
+            over, under = struct.unpack_from(order + "II", data, at + (12 if big else 0))
+            return Fraction(over, under) if under else Fraction(0)
+    return Fraction(0)
 
 
 def _tiff_kind(data: bytes) -> tuple[str, bool]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from ..calibration.calibrate import calibrate_jointly
 from ..calibration.image.picture import to_grey
 from ..calibration.outcome import Workings
 from ..calibration.recorded import options_of
@@ -19,6 +18,7 @@ from ..files import decode_image, read_picture_bytes
 from ..files.images import Picture
 from ..files.names import shown
 from ..files.picture_header import read_header
+from .stated_aspect import aspect_notes, calibrate_straightest
 
 _STRANGER = "it does not fit the lens of the other pictures"
 _SILENT = "no pattern of straight lines found in it"
@@ -35,13 +35,14 @@ class LeftOut(NamedTuple):
 class CalibrationReport:
     """The calibration, and the pictures that were left out.
 
-    ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on. ``notes``
-    are in words, about pictures.
+    ``pictures`` are those that were given, by name, and ``workings`` what the calibration rests on. ``spec``
+    is how it was made, with what the pictures' files say. ``notes`` are in words, about pictures.
     """
 
     calibration: Calibration
     pictures: tuple[tuple[str, Picture], ...]
     workings: Workings
+    spec: CalibrationSpec
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -60,10 +61,12 @@ def report_files(
 
     The calibration names its pictures and their SHA-256; its verdict may be "failed". Raises InputError,
     naming the file, for one that cannot be used or is there twice, and CalibrationError where no line is
-    found.
+    found. Where ``spec`` gives no pixel aspect, that is taken which makes the lines straightest of those that
+    the files may mean, and of square pixels.
     """
     if spec.lines is not None and len(paths) > 1:
         raise UsageError("--lines are those of one picture: give one")
+    given = spec.pixel_aspect
     contents = [read_picture_bytes(path) for path in paths]
     digests = [hashlib.sha256(data).hexdigest() for data in contents]
     images = [decode_image(data, str(path)) for data, path in zip(contents, paths, strict=True)]
@@ -75,7 +78,7 @@ def report_files(
                 f" {images[0].shape[1]}x{images[0].shape[0]}: give pictures of one lens at one setting"
             )
     try:
-        joint = calibrate_jointly(images, spec)
+        spec, joint = calibrate_straightest(images, contents, spec)
     except (InputError, CalibrationError) as error:
         raise type(error)(f"{', '.join(shown(path) for path in paths)}: {error}") from None
     calibration = joint.calibration
@@ -92,8 +95,12 @@ def report_files(
         replace(calibration, source=source),
         tuple((Path(path).name, image) for path, image in zip(paths, images, strict=True)),
         joint.workings,
+        spec,
         left_out,
-        tuple(_notes(paths, contents)),
+        (
+            *_notes(paths, contents),
+            *aspect_notes(paths, contents, given, calibration.model, spec.refine),
+        ),
     )
 
 

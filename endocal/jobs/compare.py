@@ -145,7 +145,7 @@ def _lines(path: str, image: Image, spec: ComparisonSpec) -> tuple[Picture, Line
     except InputError as error:
         raise InputError(f"{shown(path)}: {error}") from None
     middle = ((size[0] - 1) / 2, (size[1] - 1) / 2)
-    found = evaluate(lines, DivisionModel(0.0, middle, size, spec.seen.pixel_aspect))
+    found = evaluate(lines, DivisionModel(0.0, middle, size, spec.seen.aspect))
     return Picture(path, found.lines, found.rmse, found.straightness), lines
 
 

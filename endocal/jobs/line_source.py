@@ -50,9 +50,7 @@ class LineSource:
         assert refined is not None, "a refined calibration has lines"
         # Those that lie on their lines: what a line's profiles met besides is none of it.
         measured = refined.measured.take(inlying(refined.fit.residuals, refined.fit.sigma))
-        return LinePoints(
-            measured.points / (spec.pixel_aspect, 1.0), measured.labels, measured.sides
-        )
+        return LinePoints(measured.points / (spec.aspect, 1.0), measured.labels, measured.sides)
 
 
 def _on_board(image: Image, counts: tuple[int, int], spec: CalibrationSpec) -> LinePoints:
@@ -62,7 +60,7 @@ def _on_board(image: Image, counts: tuple[int, int], spec: CalibrationSpec) -> L
         if board is None:
             continue
         _check_counts(np.ptp(board.corners.places, axis=0) + 1, counts)
-        lines += [line / (spec.pixel_aspect, 1.0) for line in board.lines()]
+        lines += [line / (spec.aspect, 1.0) for line in board.lines()]
     if not lines:
         raise CalibrationError("no chessboard found: leave --board out, or give --lines")
     return LinePoints.of(lines)

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ..calibration.recorded import spec_of
 from ..calibration.result import Calibration
-from ..calibration.spec import CalibrationSpec
 from ..errors import EndocalError, InputError, UsageError
 from ..files import atomic_output, dumps, load, loads
 from ..files.names import shown
@@ -92,13 +91,11 @@ def report(spec: ReportSpec) -> ReportDone:
     return ReportDone(place, (*notes, *doubts))
 
 
-def report_calibration(
-    report: CalibrationReport, spec: CalibrationSpec, name: str, output: str, overwrite: bool
-) -> None:
-    """Write the page of a calibration that was just made with ``spec``; ``name`` is what it is called."""
+def report_calibration(report: CalibrationReport, name: str, output: str, overwrite: bool) -> None:
+    """Write the page of a calibration that was just made; ``name`` is what it is called."""
     calibration = _as_written(report.calibration)
     notes = [f"{shown(path)} was left out: {reason}" for path, reason in report.left_out]
-    study = Study(report.pictures, report.workings, spec)
+    study = Study(report.pictures, report.workings, report.spec)
     write_page(calibration_page(name, calibration, study, notes), output, overwrite)
 
 
@@ -139,13 +136,12 @@ def _study(
     try:
         if missing is not None:
             raise missing
-        options = spec_of(recorded)
-        made = report_files(pictures, options)
+        made = report_files(pictures, spec_of(recorded))
         found = loads(dumps(made.calibration))
     except EndocalError as error:
         return None, [f"Only the numbers can be shown. {error}"], []
     assert isinstance(found, Calibration)
-    return Study(made.pictures, made.workings, options), [], _moved(recorded, found)
+    return Study(made.pictures, made.workings, made.spec), [], _moved(recorded, found)
 
 
 def _as_written(calibration: Calibration) -> Calibration:

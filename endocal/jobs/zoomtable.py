@@ -58,7 +58,7 @@ def make_zoomtable(
     settings = []
     for item in spec.items:
         progress(item)
-        calibration = _calibration(item, spec.calibration)
+        calibration = _calibration(item, spec.calibration, notes)
         if first is None:
             first = (item, calibration)
         else:
@@ -77,12 +77,14 @@ def make_zoomtable(
     return ZoomTableReport(table, spec.output, tuple(notes))
 
 
-def _calibration(item: str, spec: CalibrationSpec) -> Calibration:
-    """Calibrate a picture, or read a calibration."""
+def _calibration(item: str, spec: CalibrationSpec, notes: list[str]) -> Calibration:
+    """Calibrate a picture, with ``notes`` of it, or read a calibration."""
     if _is_picture(item):
-        from .calibrate import calibrate_files
+        from .calibrate import report_files
 
-        calibration = calibrate_files([item], spec)
+        report = report_files([item], spec)
+        notes += report.notes
+        calibration = report.calibration
         quality = calibration.quality
         if quality is not None and quality.verdict == "failed":
             raise CalibrationError(f"{shown(item)}: {quality.reasons[0]}")

@@ -28,7 +28,7 @@ def solve(task: Task) -> Found:
     """Return the model; CalibrationError where no picture shows a chessboard."""
     shift = np.zeros(2)
     if task.spec.roi is not None:
-        shift = np.array([round(task.spec.roi[0] * task.spec.pixel_aspect), task.spec.roi[1]])
+        shift = np.array([round(task.spec.roi[0] * task.spec.aspect), task.spec.roi[1]])
     boards, starts = [], []
     for view in task.views:
         board = find_board(_looked_at(view.grey, task))
@@ -53,5 +53,5 @@ def _looked_at(grey: Grey, task: Task) -> Grey:
     if task.spec.roi is None:
         return grey
     x, y, width, height = task.spec.roi
-    left, right = (round(at * task.spec.pixel_aspect) for at in (x, x + width))
+    left, right = (round(at * task.spec.aspect) for at in (x, x + width))
     return np.ascontiguousarray(grey[y : y + height, left:right])

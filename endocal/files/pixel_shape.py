@@ -1,0 +1,53 @@
+"""What a picture file says of the shape of its pixels: two numbers, of which writers make different things.
+
+To PNG's pHYs, JFIF's densities and TIFF's resolutions they are pixels in a length, across and down: a pixel
+is as wide as the second is beside the first. FFmpeg writes the reverse into PNG and JPEG files, and what a
+program once wrote others keep where they make the pixels square. So they are hints, and the picture decides.
+"""
+
+from __future__ import annotations
+
+import struct
+from fractions import Fraction
+
+from .picture_header import JPEG, PNG, is_tiff, jpeg_markers, png_chunks, tiff_ratio
+
+# Numbers within this share of each other are a square, rounded.
+ROUNDED = 0.02
+# A pixel is not wider or higher than this.
+MOST = 10
+_JPEG_APP0 = 0xE0
+_JFIF = b"JFIF\0"
+_ACROSS, _DOWN = 282, 283
+
+
+def stated_pixel_shape(data: bytes) -> Fraction | None:
+    """Return what the bytes of a whole picture file give across, over what they give down.
+
+    A pixel's width over its height is that, or one over it. None where the file says nothing of it, or that
+    pixels are square.
+    """
+    across, down = _numbers(data)
+    if not across or not down:
+        return None
+    ratio = across / down
+    if abs(ratio - 1) <= ROUNDED or not 1 / Fraction(MOST) <= ratio <= MOST:
+        return None
+    return ratio
+
+
+def _numbers(data: bytes) -> tuple[Fraction, Fraction]:
+    nothing = Fraction(0), Fraction(0)
+    if data.startswith(PNG):
+        for kind, at, end in png_chunks(data):
+            if kind == b"pHYs" and end - at == 9:
+                across, down = struct.unpack_from(">II", data, at)
+                return Fraction(across), Fraction(down)
+    elif data.startswith(JPEG):
+        for marker, at in jpeg_markers(data):
+            if marker == _JPEG_APP0 and data.startswith(_JFIF, at + 4):
+                across, down = struct.unpack_from(">HH", data, at + 12)
+                return Fraction(across), Fraction(down)
+    elif is_tiff(data):
+        return tiff_ratio(data, _ACROSS), tiff_ratio(data, _DOWN)
+    return nothing
