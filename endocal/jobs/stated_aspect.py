@@ -9,15 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from ..calibration.calibrate import Joint, calibrate_jointly
 from ..calibration.spec import CalibrationSpec
 from ..errors import CalibrationError
-from ..files.images import Picture
-from ..files.names import shown
 from ..files.pixel_shape import stated_pixel_shape
 from ..model import DivisionModel
+from .read_pictures import ReadPicture
 
 # The best first. Lines that stay bent make a calibration doubtful, however little noise there is beside.
 VERDICTS = ("good", "doubtful", "failed")
@@ -33,21 +31,22 @@ VIDEO = {
 }
 
 
-def _pixel_aspects(contents: Sequence[bytes]) -> list[float]:
+def _pixel_aspects(pictures: Sequence[ReadPicture]) -> list[float]:
     """The pixel aspects that the files may mean, the likeliest first, and 1."""
-    stated = dict.fromkeys(filter(None, map(stated_pixel_shape, contents)))
+    stated = dict.fromkeys(filter(None, (stated_pixel_shape(picture.data) for picture in pictures)))
     return [*(float(a) for ratio in stated for a in (ratio, 1 / ratio)), 1.0]
 
 
 def calibrate_straightest(
-    images: Sequence[Picture], contents: Sequence[bytes], spec: CalibrationSpec
+    pictures: Sequence[ReadPicture], spec: CalibrationSpec
 ) -> tuple[CalibrationSpec, Joint]:
-    """Calibrate pictures, given their files' ``contents``; return with which pixel aspect, too.
+    """Calibrate from pictures, and return how, too: with which pixel aspect.
 
     That is the ``spec``'s, or that one which fits best. Bare methods do not tell how straight lines are:
     their pixels are square, if nobody says otherwise. Raises what ``calibrate_jointly`` does.
     """
-    aspects = _pixel_aspects(contents)
+    aspects = _pixel_aspects(pictures)
+    images = [picture.image for picture in pictures]
     if spec.pixel_aspect is not None or not spec.refine or len(aspects) == 1:
         return spec, calibrate_jointly(images, spec)
     found: list[tuple[int, float, CalibrationSpec, Joint]] = []
@@ -75,27 +74,23 @@ def calibrate_straightest(
 
 
 def aspect_notes(
-    paths: Sequence[str | Path],
-    contents: Sequence[bytes],
-    given: float | None,
-    made: DivisionModel,
-    refined: bool,
+    pictures: Sequence[ReadPicture], spec: CalibrationSpec, made: DivisionModel
 ) -> Iterator[str]:
-    """Yield what was made of the pixel aspects that files state, where none was ``given``; or ask for it."""
-    if given is not None:
+    """Yield what was ``made`` of what files state, where ``spec`` gives no pixel aspect; or ask for it."""
+    if spec.pixel_aspect is not None:
         return
-    states = [stated_pixel_shape(data) for data in contents]
+    states = [stated_pixel_shape(picture.data) for picture in pictures]
     if made.size in VIDEO and not any(states):
         usual = " or ".join(f"{aspect:.4f}" for aspect in VIDEO[made.size])
         yield (
             f"video of {made.size[0]}x{made.size[1]} mostly has pixels that are not square, but {usual} times"
             " as wide as high, and its stills seldom say so: give --pixel-aspect, 1 where they are square"
         )
-    for path, stated in zip(paths, states, strict=True):
+    for picture, stated in zip(pictures, states, strict=True):
         if stated is None:
             continue
-        numbers = f"{shown(path)} says {stated.numerator}:{stated.denominator} of its pixels"
-        if not refined:
+        numbers = f"{picture.name} says {stated.numerator}:{stated.denominator} of its pixels"
+        if not spec.refine:
             yield f"{numbers}, which a bare method does not try: give --pixel-aspect"
         elif made.pixel_aspect == 1:
             yield f"{numbers}, which its lines do not bear out: taken as square, but for --pixel-aspect"
