@@ -228,9 +228,11 @@ def _of_center(e: Evidence) -> Iterator[Objection]:
         spread = f"one standard deviation: {e.center_sigma:.1f} px"
         if e.center_sigma > UNKNOWN_CENTER * e.center_belief:
             spread = "it may be anywhere near the middle"
-        yield Objection(
-            f"the centre is weakly determined ({spread}); tilt the pattern, or show lines in two directions"
-        )
+        hint = "tilt the pattern, or show lines in two directions"
+        if e.board and e.bend:
+            # Which no other pose would mend: what bends the lines together looks like another centre.
+            hint = f"a lens or sheet that departs from the model, by {e.bend:.2g} px here, leaves it open"
+        yield Objection(f"the centre is weakly determined ({spread}); {hint}")
     if e.astray > FAILED_ASTRAY:
         yield Objection(
             "the centre came out far from the middle of the picture: the lines do not tell it",

@@ -30,6 +30,8 @@ def test_sound_evidence_is_good() -> None:
         ({"lam_sigma": 1e-6}, "within its uncertainty of zero"),
         ({"lam": -1e-17, "lam_sigma": 1e-43}, "within its uncertainty of zero"),  # a drawing
         ({"center_sigma": 4.0}, "centre is weakly determined (one standard deviation: 4.0 px)"),
+        ({"center_sigma": 4.0, "board": False, "explained": 0.9}, "show lines in two directions"),
+        ({"center_sigma": 4.0, "bend": 0.061}, "departs from the model, by 0.061 px here"),
         ({"center_sigma": 30.0}, "centre is weakly determined (it may be anywhere"),
         ({"fold_radius": 303.0}, "at its bound"),
         ({"astray": 4.0}, "cropped"),
