@@ -77,10 +77,18 @@ def test_a_second_parameter_that_is_not_told_is_said(monkeypatch: pytest.MonkeyP
 
 
 def test_non_square_pixels() -> None:
-    scene = board(size=(720, 576), center=(362.0, 284.0), pixel_aspect=16 / 15)
-    result = check(scene, pixel_aspect=16 / 15)
-    assert result.model.pixel_aspect == 16 / 15
-    wrong = calibrate(render_board(scene)).model.lam
+    aspect = 16 / 15
+    scene = board(size=(720, 576), center=(362.0, 284.0), pixel_aspect=aspect)
+    picture = render_board(scene)
+    joint = calibrate_jointly([picture], CalibrationSpec(pixel_aspect=aspect))
+    model, stated = joint.calibration.model, joint.calibration.uncertainty
+    assert model.pixel_aspect == aspect
+    assert model.lam == pytest.approx(scene.model.lam, rel=0.002)
+    assert model.center == pytest.approx(scene.model.center, abs=0.2)
+    # The workings are in square pixels; the centre, and how sure it is, in the frame's own.
+    square = np.sqrt(np.diag(joint.workings.covariance))
+    assert (stated.lam, *stated.center) == pytest.approx(square / (1.0, aspect, 1.0))
+    wrong = calibrate(picture).model.lam
     assert abs(wrong / scene.model.lam - 1) > 0.005
 
 

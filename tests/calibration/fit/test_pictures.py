@@ -9,11 +9,16 @@ import numpy as np
 import pytest
 
 from endocal.calibration.calibrate import calibrate_jointly
-from endocal.calibration.fit.pictures import strangers
+from endocal.calibration.fit.measured import Refined
+from endocal.calibration.fit.pictures import distances, strangers
+from endocal.calibration.fit.plumb_line import Prior, fit_model
+from endocal.calibration.measure.profiles import Measured
 from endocal.files import read_image
 from endocal.synth.board import render_board
 
-from ..scenes import board
+from ..scenes import TRUTH, board, line_points
+
+PRIOR = Prior((319.5, 239.5), (32.0, 24.0))
 
 
 def apart(*places: float) -> np.ndarray:
@@ -46,6 +51,38 @@ def test_where_none_go_together_all_are_strange(places: tuple[float, ...]) -> No
 
 def test_of_two_and_two_no_more_than_two_are_alike() -> None:
     assert len(strangers(apart(0, 1, 90, 91), most=8.0)) == 2
+
+
+def lines_of_pictures(*noises: float) -> tuple[Refined, np.ndarray]:
+    """Lines of one lens in pictures of such noise, px, fitted together, and the picture of each point.
+
+    Pictures of one noise are the same, whatever their order.
+    """
+    points, labels, pictures = [], [], []
+    for i, noise in enumerate(noises):
+        exact, line, normals = line_points(TRUTH, count=12, seed=int(1000 * noise))
+        off = np.random.default_rng(int(1000 * noise)).normal(0, noise, len(exact))
+        points.append(exact + off[:, None] * normals)
+        labels.append(line + 12 * i)
+        pictures.append(np.full(len(exact), i))
+    at, line = np.concatenate(points), np.concatenate(labels)
+    one = np.ones(len(at))
+    m = Measured(at, line, one, np.outer(one, [20.0, 200.0, 200.0]), one)
+    fit = fit_model(at, line, TRUTH, 300.0, PRIOR, 0.5, m.sides)
+    view = np.concatenate(pictures)
+    return Refined(fit, m, view, frozenset()), view
+
+
+def distances_of(*noises: float) -> np.ndarray:
+    refined, pictures = lines_of_pictures(*noises)
+    return distances(refined, pictures, 300.0, PRIOR, 0.0)
+
+
+def test_how_far_two_pictures_lie_apart_is_told_by_how_sure_both_are() -> None:
+    """A noisy picture of the same lens lies some way off, and is known to: whichever picture is first."""
+    apart, turned = distances_of(0.03, 0.8), distances_of(0.8, 0.03)
+    assert apart[1, 0] == apart[0, 1] < 3
+    assert turned[1, 0] == pytest.approx(apart[1, 0], rel=1e-3)
 
 
 @pytest.mark.parametrize("zoom", [1.01, 1.1])

@@ -10,7 +10,7 @@ from endocal.calibration.board.lifted import Corners
 from endocal.calibration.fit.corner_fit import fit_corners
 from endocal.calibration.fit.grid_fit import fit_grid
 from endocal.calibration.fit.plumb_line import Fit, Prior, fit_model
-from endocal.calibration.fit.shared_field import SharedField
+from endocal.calibration.fit.shared_field import HIGHEST, LOWEST, SharedField, _expected
 from endocal.calibration.fit.uncertainty import covariance
 from endocal.calibration.measure.growth import growth_columns
 from endocal.calibration.measure.profiles import Measured
@@ -79,6 +79,21 @@ def test_where_nothing_is_shared_next_to_nothing_is_added(
     assert np.all(ratio >= 1)
     assert np.median(ratio) < 1.03
     assert np.quantile(ratio, 0.9) < 1.1
+
+
+def test_noise_alone_adds_a_few_thousandths_of_its_own_variance_at_most() -> None:
+    """The odds that there is a field at all are low; where one is as strong as noise it is told."""
+    degrees = np.arange(LOWEST, HIGHEST + 1)
+    degree = np.tile(np.repeat(degrees, degrees + 1), 2)
+    added: dict[float, list[float]] = {0.0: [], 3.0: []}
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        seen = 30 * np.linalg.qr(rng.normal(0, 1, (len(degree), len(degree))))[0][:30]
+        for field, values in added.items():
+            told = rng.normal(0, np.sqrt(1 + field**2), 30)
+            values.append(float((seen**2 @ _expected(told, seen, degree)).mean()))
+    assert np.mean(added[0.0]) < 0.003
+    assert np.mean(added[3.0]) == pytest.approx(9.0, rel=0.2)
 
 
 def test_lines_without_any_error_are_told_exactly() -> None:

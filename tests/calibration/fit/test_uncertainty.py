@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from endocal.calibration.fit.plumb_line import Fit, Prior, fit_model
-from endocal.calibration.fit.uncertainty import covariance
+from endocal.calibration.fit.uncertainty import _within_belief, covariance
 from endocal.model import DivisionModel
 
 from ..scenes import TRUTH, line_points
@@ -138,3 +138,40 @@ def test_of_a_fit_at_lambdas_bound_what_was_believed_is_stated() -> None:
     given = fitted(points, labels, Prior(tuple(fit.params[1:3]), (0.0, 0.0)))
     held = replace(given, params=folding)
     assert stated(held, labels) == pytest.approx(stated(given, labels), rel=0.1)
+
+
+def believed_and_stated(*deviations: float) -> tuple[Fit, np.ndarray]:
+    """A fit, and a covariance by which the centre is off by so many of what was believed along two ways."""
+    points, labels, _ = line_points(TRUTH)
+    way = np.array([[0.8, -0.6], [0.6, 0.8]]) * deviations
+    root = np.zeros((3, 3))
+    root[1:, 1:] = np.array(PRIOR.spread)[:, None] * way
+    # Lambda goes with the centre, and has errors of its own.
+    root[0] = [2e-8, 5e-8, -3e-8]
+    return fitted(points, labels), root @ root.T
+
+
+@pytest.mark.parametrize("deviations", [(3.0, 0.5), (3.0, 2.0)])
+def test_a_centre_stated_to_be_unknown_is_known_as_before_and_no_less(
+    deviations: tuple[float, float],
+) -> None:
+    """As if it were measured once more, as well as it takes: all other parameters go with it."""
+    fit, stated_ = believed_and_stated(*deviations)
+    unit = np.array([1.0, *PRIOR.spread])
+    held = _within_belief(stated_, fit)
+    values, ways = np.linalg.eigh((stated_ / np.outer(unit, unit))[1:, 1:])
+    assert np.sqrt(values) == pytest.approx(sorted(deviations))
+    got = np.linalg.eigvalsh((held / np.outer(unit, unit))[1:, 1:])
+    assert got == pytest.approx(np.minimum(values, 1.0))
+    # Of a measurement along a way information adds up: 1 - 1 / variance makes up what is missing.
+    information = np.linalg.inv(stated_)
+    for value, way in zip(values, ways.T, strict=True):
+        along = np.append(0.0, way) / unit
+        information += np.outer(along, along) * max(1 - 1 / value, 0.0)
+    size = np.sqrt(np.outer(np.diag(held), np.diag(held)))
+    np.testing.assert_allclose(held / size, np.linalg.inv(information) / size, atol=1e-6)
+
+
+def test_a_centre_known_better_than_before_is_stated_as_it_is() -> None:
+    fit, stated_ = believed_and_stated(0.9, 0.5)
+    assert np.array_equal(_within_belief(stated_, fit), stated_)
