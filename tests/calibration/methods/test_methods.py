@@ -11,19 +11,28 @@ from scipy.special import ndtr
 
 from endocal import CalibrationSpec, calibrate
 from endocal.benchmarks.corner_score import as_grid, straightness
+from endocal.calibration.fit.plumb_line import Prior
 from endocal.calibration.fit.view import View
 from endocal.calibration.hough.hewg import hewg
 from endocal.calibration.hough.votes import Voters
 from endocal.calibration.image.edges import EdgePoints
 from endocal.calibration.methods.cht import face_cells, face_points
 from endocal.calibration.methods.entropy import entropy
-from endocal.calibration.methods.grid import SCOUTS_MARGIN, margin, voting_edges
+from endocal.calibration.methods.grid import (
+    SCOUTS,
+    SCOUTS_MARGIN,
+    NamedMeasure,
+    margin,
+    voting_edges,
+)
 from endocal.calibration.methods.heplp import SecondMap
 from endocal.calibration.methods.hewog import vote_map
 from endocal.calibration.methods.registry import HEWG, METHODS
 from endocal.calibration.methods.tangents import Tangents
+from endocal.calibration.methods.task import Task
 from endocal.calibration.objective import task_of
 from endocal.calibration.scene import look_at
+from endocal.calibration.search import Measure, Region
 from endocal.errors import CalibrationError, UsageError
 from endocal.files import read_image
 from endocal.model import DivisionModel
@@ -146,6 +155,37 @@ def test_hewgs_search_measures_few_models_and_finds_what_it_would_among_all(
 def test_the_margin_of_scouts_is_that_of_their_mean() -> None:
     assert margin([2000] * 4) == pytest.approx(margin([2000]) / 2)
     assert margin([400]) == pytest.approx(SCOUTS_MARGIN / 20)
+
+
+@pytest.mark.parametrize("views", [1, 3])
+def test_scouts_as_wrong_as_the_worst_that_were_seen_leave_the_best_in(
+    monkeypatch: pytest.MonkeyPatch, views: int
+) -> None:
+    """Of what was least over all points, n scouts gave 3 / sqrt(n) more than their own least at worst."""
+    count = 1600
+    worst = 3.0 / np.sqrt(views * count / SCOUTS)
+    monkeypatch.setattr(
+        "endocal.calibration.methods.grid.voting_edges", lambda view, sobel, most: view.edges
+    )
+
+    def prepare(points: np.ndarray, gradients: np.ndarray, size: tuple[float, float]) -> Measure:
+        def measure(lams: Any, xs: Any, ys: Any, chosen: np.ndarray | None = None) -> np.ndarray:
+            costs = np.add.outer(np.add.outer(abs(1e6 * lams + 4), abs(xs - 330)), abs(ys - 230))
+            if len(points) < count:
+                # To these scouts all others are alike.
+                costs = np.where(costs > costs.min(), 0.0, worst)
+            return costs if chosen is None else np.where(chosen, costs, np.inf)
+
+        return measure
+
+    edges = EdgePoints(np.zeros((count, 2)), np.zeros((count, 2)))
+    view = View(np.zeros((480, 640), np.float32), edges)
+    region = Region((-1e-5, -1e-7), (290.0, 350.0), (210.0, 270.0))
+    spec = CalibrationSpec(max_rounds=1)
+    task = Task([view] * views, (640.0, 480.0), region, Prior((320.0, 240.0), (30.0, 30.0)), spec)
+    found, whole = (NamedMeasure(prepare, scouted=s).solve(task) for s in (True, False))
+    assert found.cost == whole.cost
+    assert list(found.params) == list(whole.params)
 
 
 # How far each method's lambda may be off on a plain board, bare, with few samples: HEwoG is
