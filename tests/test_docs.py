@@ -118,7 +118,7 @@ def test_the_table_of_the_verdict_has_the_thresholds() -> None:
         f"{q.ROUGH:g} px from straight by noise, {q.ROUGH_WITHOUT_BOARD:g} px without a chessboard",
         f"less than {q.LITTLE_EXPLAINED:.0%} of the edge points",
         f"without a chessboard less than {q.LITTLE_WITHOUT_BOARD:.0%}",
-        f"more than {q.MANY_OUTLYING:.0%} of the points",
+        f"more than {q.MANY_OUTLYING:.0%} of the points beyond five standard deviations",
         f"moves the farthest points by {q.FINEST:g} px",
         f"λ over {q.WEAK_LAMBDA:.0%}",
         f"centre over {q.WEAK_CENTER * 100:g}%",

@@ -115,6 +115,16 @@ def test_it_is_done_again_only_while_that_finds_better() -> None:
     assert first.rounds < len(calls) == found.rounds < 2 * first.rounds
 
 
+def test_what_is_as_good_is_nothing_better() -> None:
+    def flat(lams: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+        return np.zeros((len(lams), len(xs), len(ys)))
+
+    once = search(flat, REGION, 5, 1e-9, 20, again=1)
+    often = search(flat, REGION, 5, 1e-9, 20, again=5)
+    assert once.rounds == often.rounds
+    assert list(once.params) == list(often.params)
+
+
 @given(st.floats(-1e-5, -1e-7), st.floats(300, 420), st.floats(220, 320), st.floats(0, 1))
 def test_a_scout_that_is_off_by_less_than_its_margin_changes_nothing(
     lam: float, x: float, y: float, off: float

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from endocal.calibration.fit.plumb_line import Prior, fit_model
+from endocal.calibration.fit.plumb_line import Prior, fit_model, folds, inlying, second_range
 from endocal.calibration.measure.growth import growth_columns
+from endocal.calibration.straightness import LEAST_DENOMINATOR
 from endocal.model import DivisionModel
 
 from ..scenes import TRUTH, line_points
@@ -77,6 +78,31 @@ def test_two_parameters_are_recovered_and_do_not_fold() -> None:
     assert DivisionModel(fit.params[0], (0, 0), (1, 1), lam2=fit.params[3]).valid_radius < 560
     kept = fitted(points, labels, start, radius=260.0, monotonic=600.0)
     assert DivisionModel(kept.params[0], (0, 0), (1, 1), lam2=kept.params[3]).valid_radius > 594
+
+
+@pytest.mark.parametrize("lam", [-6e-6, -1e-6, 0.0, 2e-6])
+def test_a_second_parameter_may_be_what_leaves_the_model_monotonic(lam: float) -> None:
+    """At the ends of its range the denominator, or the slope's, is at its least somewhere; beyond, below."""
+    radius = 300.0
+    q = np.linspace(0, radius, 2000) ** 2
+
+    def least(lam2: float) -> float:
+        return float(min((1 + lam * q + lam2 * q**2).min(), (1 - lam * q - 3 * lam2 * q**2).min()))
+
+    low, high = second_range(lam, radius)
+    for end, inside in ((low, 1), (high, -1)):
+        assert least(end) == pytest.approx(LEAST_DENOMINATOR, abs=1e-3)
+        for step, kept in ((1e-3 * inside, True), (-1e-3 * inside, False)):
+            params = np.array([lam, 320.0, 240.0, end + step * (high - low)])
+            assert folds(params, radius) is not kept
+            assert (least(params[3]) > LEAST_DENOMINATOR) is kept
+
+
+def test_points_follow_their_lines_within_five_standard_deviations() -> None:
+    for sigma, usual in ((0.1, 0.1), (0.0, 0.02)):
+        assert inlying(usual * np.array([-5.01, -4.99, 0.0, 4.99, 5.01]), sigma).tolist() == [
+            *(False, True, True, True, False)
+        ]
 
 
 def leftward(points, labels, normals):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from endocal.calibration.fit import uncertainty
 from endocal.calibration.fit.plumb_line import Fit, Prior, fit_model
 from endocal.calibration.fit.uncertainty import _within_belief, covariance
 from endocal.model import DivisionModel
@@ -124,6 +125,45 @@ def test_growth_that_moves_next_to_nothing_takes_nothing_from_the_others() -> No
     assert np.all(alone > 0)
 
 
+def test_what_bright_areas_may_grow_by_leaves_lambda_as_unsure() -> None:
+    """Growth that moves all points as lambda does hides it: by half a px is what it is believed to be."""
+    points, labels, normals = line_points(TRUTH, count=24, seed=1)
+    points = points + np.random.default_rng(1).normal(0, 0.03, len(points))[:, None] * normals
+    alone = fitted(points, labels)
+    # As far as a step of lambda moves them; seen once, for which way is left on each line.
+    column = 1e-8 * alone.jacobian[:, :1]
+    for _ in range(2):
+        fit = fit_model(points, labels, alone.params, 300, PRIOR, softness=0.15, growth=column)
+        column = fit.jacobian[:, 3:]
+    np.testing.assert_allclose(fit.jacobian[:, 3], 1e-8 * fit.jacobian[:, 0], atol=1e-3)
+    expected = np.hypot(stated(alone, labels)[0], 0.5e-8)
+    assert stated(fit, labels)[0] == pytest.approx(expected, rel=0.02)
+
+
+def test_a_robust_fit_knows_as_much_as_what_it_leaves_of_residuals(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Huber's asymptotic variance, E psi^2 / (E psi')^2, of white noise of half a softness."""
+    points, labels, normals = line_points(TRUTH, count=24, seed=1)
+    noise, softness = 0.075, 0.15
+    off = np.random.default_rng(1).normal(0, noise, len(points))
+    wide = Prior(PRIOR.center, (1e4, 1e4))
+    fit = fit_model(points + off[:, None] * normals, labels, TRUTH, 300, wide, softness)
+    z = np.random.default_rng(2).normal(0, noise, 200_000)
+    size = (z / softness) ** 2
+    psi, slope = z / (1 + size), (1 - size) / (1 + size) ** 2
+    # The noise is known to be white, and nothing is shared.
+    monkeypatch.setattr(
+        uncertainty.Waves,
+        "power",
+        lambda waves, heights, left: np.full(len(heights), np.mean(heights**2)),
+    )
+    monkeypatch.setattr(uncertainty, "mode_variances", lambda waves, moved, left: np.zeros(36))
+    information = fit.jacobian.T @ fit.jacobian * slope.mean() ** 2 / np.mean(psi**2)
+    expected = np.sqrt(np.diag(np.linalg.inv(information)))
+    assert stated(fit, labels) == pytest.approx(expected, rel=0.05)
+
+
 def test_of_a_fit_at_lambdas_bound_what_was_believed_is_stated() -> None:
     """How steep the end of a valley is tells nothing of how far it lies from the truth."""
     points, labels, _ = line_points(TRUTH, count=24, seed=1)
@@ -134,6 +174,14 @@ def test_of_a_fit_at_lambdas_bound_what_was_believed_is_stated() -> None:
     sigma = stated(replace(fit, params=folding), labels)
     assert sigma[1:] == pytest.approx(PRIOR.spread)
     assert sigma[0] == pytest.approx(2 * np.hypot(*PRIOR.spread) / reach * -folding[0])
+    # A second parameter that is bounded by the points goes with the fourth power of their reach.
+    two = replace(
+        fit,
+        params=np.append(folding, -1.0),
+        free=[0, 1, 2, 3],
+        belief=np.append(fit.belief, 0.0),
+    )
+    assert stated(two, labels)[3] == pytest.approx(4 * np.hypot(*PRIOR.spread) / reach)
     # A given centre leaves no such valley.
     given = fitted(points, labels, Prior(tuple(fit.params[1:3]), (0.0, 0.0)))
     held = replace(given, params=folding)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,14 @@ def test_a_centre_that_is_told_or_given_has_no_valley() -> None:
     assert with_valley(fitted, covariance, REACH, PRIOR, 0.0) is covariance
     given = Prior(PRIOR.center, (0.0, 0.0))
     assert with_valley(fitted, covariance, REACH, given, 0.0) is covariance
+
+
+def test_what_corners_tell_lies_in_no_valley() -> None:
+    """They run in two directions; the points of lines beside them may be parallel."""
+    fitted = refined(*parallel(0.05))
+    told = replace(fitted, corners=(fitted.fit, fitted.measured.labels))
+    covariance = fitted.covariance
+    assert with_valley(told, covariance, REACH, PRIOR, 0.0) is covariance
 
 
 def test_the_centre_is_nowhere_known_less_than_it_was_beforehand() -> None:

@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from endocal.benchmarks import plain_hewg
-from endocal.calibration.hough.hewg import hewg, magnification
-from endocal.calibration.hough.votes import ANGLES, Voters
+from endocal.calibration.hough.hewg import ROUNDED, hewg, magnification
+from endocal.calibration.hough.tally import gains_of
+from endocal.calibration.hough.votes import ANGLES, SEAMS, Voters, _emptiest
+from endocal.calibration.objective import MOST_VOTERS_FOR_START
 from endocal.model import DivisionModel
 
 AGAIN = "endocal.calibration.hough.hewg._count_best_again"
@@ -196,6 +198,34 @@ def test_a_cell_has_the_articles_size() -> None:
     assert entropy_of(0.4 * one_degree, 1.0) == pytest.approx(0, abs=1e-6)
     assert entropy_of(0.6 * one_degree, 0) == pytest.approx(np.log(2), abs=1e-6)
     assert entropy_of(0, 2.0) == pytest.approx(np.log(2), abs=1e-6)
+
+
+@pytest.mark.parametrize("times", [2, 4])
+def test_a_larger_picture_of_the_same_has_the_same_entropies(times: int) -> None:
+    """Cells grow with the frame: powers of two change no digit."""
+    points, gradients, _ = edges_on_lines(TRUTH)
+    lams, xs, ys = TRUTH.lam * np.array([0.8, 1.0]), np.array([360.0, 366.0]), np.array([262.0])
+    small = hewg(Voters.of(points, gradients, 540), lams, xs, ys)
+    large = Voters.of(times * points, gradients, times * 540)
+    assert np.array_equal(hewg(large, lams / times**2, times * xs, times * ys), small)
+
+
+def test_half_a_turn_of_directions_begins_where_there_is_room_to_both_sides() -> None:
+    """A gap at edges' directions is no room for noise, though nothing points there."""
+    middles = (np.arange(SEAMS) + 0.5) * np.pi / SEAMS
+    counts = np.full(SEAMS, 50)
+    counts[10:12] = 0
+    counts[24:27] = 3
+    assert _emptiest(np.repeat(middles, counts)) == pytest.approx(middles[25])
+    # Where directions begin anew there is room, too.
+    assert _emptiest(np.repeat(middles, np.roll(counts, -25))) == pytest.approx(middles[0])
+
+
+def test_a_vote_that_rounding_moves_is_made_up_for() -> None:
+    """Models are counted again that lie as near to the least as the worst of such votes moves any."""
+    gains = gains_of(MOST_VOTERS_FOR_START)
+    # From the fullest cell there may be to an empty one.
+    assert np.diff(gains).max() < ROUNDED
 
 
 def entropy_of(points: np.ndarray, normals: np.ndarray, **spread: float) -> float:

@@ -63,7 +63,7 @@ def test_the_ends_of_slanted_bars_are_put_back_in_line(cotangent: float) -> None
     before = measured.points[measured.labels == 6][:, 1] - TOP
     after = put.points[put.labels == 6][:, 1] - TOP
     assert before.std() > 0.2, "the corners must draw the ends off for this to tell"
-    assert after.std() < 0.25 * before.std()
+    assert after.std() < 0.07 * before.std()
     assert np.abs(after).max() < 0.4 * np.abs(before).max()
     assert len(after) > 0.6 * len(before)
 
