@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endocal.calibration.board.corners import find_board
+from endocal.calibration.board.corners import _without_outliers, find_board
 from endocal.calibration.board.lifted import Corners, fit, linear_solution, see
 from endocal.calibration.image.picture import fields, to_grey
 from endocal.files import read_image
@@ -47,6 +47,16 @@ def test_the_fit_recovers_the_lens_from_noisy_corners() -> None:
     assert found.params[0] == pytest.approx(TRUTH[0], rel=0.03)
     assert np.hypot(*(found.params[1:] - TRUTH[1:])) < 3
     assert np.sqrt((found.residuals**2).mean()) < 0.11
+
+
+def test_corners_elsewhere_than_the_others_have_them_are_dropped() -> None:
+    seen = seen_corners(TRUTH, 0.1)
+    wrong = seen.points.copy()
+    wrong[[12, 40]] += [[1.5, 0.0], [0.0, -4.0]]
+    corners = Corners(wrong, seen.places)
+    kept = _without_outliers(corners, fit([corners], TRUTH))
+    dropped = {*map(tuple, seen.places)} - {*map(tuple, kept.places)}
+    assert dropped == {tuple(seen.places[12]), tuple(seen.places[40])}
 
 
 @pytest.mark.parametrize("lam", [-2.4e-6, -5e-6, 0.0])

@@ -31,6 +31,25 @@ def test_the_board_is_what_crossings_connect() -> None:
     assert board[measured.labels < measured.labels.max()].all()
 
 
+def test_a_line_of_a_board_ends_a_square_beyond_its_last_crossing() -> None:
+    """Or a little farther, as perspective has it: what goes on is the sheet's edge, or the table's."""
+    measured = grid(8)
+    last = measured.points[measured.labels == 4].max(axis=0)
+    axis = int(last.argmax())
+    more = np.tile(last, (60, 1))
+    more[:, axis] += np.arange(1, 61)
+    part = measured.in_order(np.full(60, np.flatnonzero(measured.labels == 4)[-1]), np.full(60, 4))
+    longer = Measured.joined(
+        [measured, replace(part, points=more)], np.append(measured.labels, part.labels)
+    )
+    order = np.argsort(longer.labels, kind="stable")
+    board = on_board(longer.in_order(order, longer.labels[order]))
+    assert board is not None
+    # Its square is 20 px long, counted from where it is measured again: of 60 px more it has 8 to 13.
+    kept = np.count_nonzero(board[longer.labels[order] == 4])
+    assert 8 <= kept - np.count_nonzero(measured.labels == 4) <= 13
+
+
 def test_no_board_among_lines_that_do_not_cross() -> None:
     measured = grid(8)
     across = measured.labels % 2 == 0
@@ -66,3 +85,20 @@ def test_a_line_found_again_counts_once() -> None:
     assert once[: len(measured.points)].all(), "the longer line, and lines that only cross it, stay"
     assert not once[len(measured.points) :].any()
     assert measured_once(Measured.none()).shape == (0,)
+
+
+def test_a_line_that_for_a_part_is_another_one_is_none_of_its_own() -> None:
+    measured = grid(8)
+    own = np.flatnonzero(measured.labels == 4)[:60]
+    count = int(measured.labels.max()) + 1
+    part = measured.in_order(own, np.full(60, count))
+    # It leaves the other after 24 points, at an angle.
+    axis = int(np.ptp(part.points[:, 1]) < np.ptp(part.points[:, 0]))
+    points = part.points.copy()
+    points[24:, axis] += 5 + 0.2 * np.arange(36)
+    both = Measured.joined(
+        [measured, replace(part, points=points)], np.append(measured.labels, part.labels)
+    )
+    once = measured_once(both)
+    assert once[: len(measured.points)].all()
+    assert not once[len(measured.points) :].any()

@@ -164,22 +164,47 @@ def test_a_field_moves_residuals_of_corners_as_it_moves_them() -> None:
     np.testing.assert_allclose(got, expected, atol=0.03 * np.abs(expected).max())
 
 
+def grid_fit_of(m: Measured, points: np.ndarray) -> Fit:
+    """The model that a board's grid tells, its points being elsewhere."""
+    seen = Measured(points, m.labels, m.sides, m.levels, m.information)
+    columns = growth_columns(m.sides, m.levels, m.labels)
+    start = np.array([-0.5e-6, 319.5, 239.5])
+    plain = fit_model(points, m.labels, start, 330.0, PRIOR, 0.5, m.sides, columns)
+    found = fit_grid(seen, np.zeros(len(m.points), np.intp), plain, 330.0)
+    assert found is not None
+    assert found.places is not None
+    return found
+
+
+@pytest.mark.parametrize("mode", [0, 12])
+def test_what_is_stated_for_a_mode_of_a_field_is_how_far_it_moves_the_grid_fit(
+    monkeypatch: pytest.MonkeyPatch, mode: int
+) -> None:
+    m = board(seed=3)
+    fit = grid_fit_of(m, m.points)
+    modes = SharedField.seen_by(fit, m.labels).modes
+    count = modes.shape[1]
+
+    def covariance_with(variance: float) -> np.ndarray:
+        chosen = variance * (np.arange(2 * count) == mode)
+        monkeypatch.setattr(uncertainty, "mode_variances", lambda waves, moved, left: chosen)
+        return covariance(fit, m.labels)
+
+    added = covariance_with(1.0) - covariance_with(0.0)
+    step = 0.02
+    way = np.zeros_like(m.points)
+    way[:, mode // count] = step * modes[:, mode % count]
+    ahead, behind = (grid_fit_of(m, m.points + sign * way).params for sign in (1, -1))
+    moved = (ahead - behind) / (2 * step)
+    size = np.sqrt(np.diag(covariance_with(0.0)))
+    scaled, expected = added / np.outer(size, size), np.outer(moved / size, moved / size)
+    np.testing.assert_allclose(scaled, expected, atol=0.2 * np.abs(expected).max())
+
+
 def test_a_field_moves_the_grid_fit_as_is_stated() -> None:
     """The model that a board's grid tells follows a field as the places of its lines and their points do."""
     m = board(seed=3)
-    view = np.zeros(len(m.points), np.intp)
-
-    def fit_of(points: np.ndarray) -> Fit:
-        seen = Measured(points, m.labels, m.sides, m.levels, m.information)
-        columns = growth_columns(m.sides, m.levels, m.labels)
-        start = np.array([-0.5e-6, 319.5, 239.5])
-        plain = fit_model(points, m.labels, start, 330.0, PRIOR, 0.5, m.sides, columns)
-        found = fit_grid(seen, view, plain, 330.0)
-        assert found is not None
-        assert found.places is not None
-        return found
-
-    fit = fit_of(m.points)
+    fit = grid_fit_of(m, m.points)
     field = SharedField.seen_by(fit, m.labels)
     moved = along_field(m.points, 1.0) - m.points
     rest = moved - linear(m.points, moved)
@@ -194,6 +219,6 @@ def test_a_field_moves_the_grid_fit_as_is_stated() -> None:
     pulled += own.T @ fit.places.moved(field.leftward(fit.places.step))
     expected = -np.linalg.solve(information, pulled @ parts)[:3] / unit[:3]
     step = 0.02
-    ahead, behind = (fit_of(m.points + way * step * rest).params for way in (1, -1))
+    ahead, behind = (grid_fit_of(m, m.points + way * step * rest).params for way in (1, -1))
     got = (ahead - behind) / (2 * step)
     np.testing.assert_allclose(got, expected, atol=0.1 * np.abs(expected).max(), rtol=0.15)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from endocal.calibration.measure.bent import out_of_the_bend
+from endocal.calibration.measure.matched import measure_matched
 from endocal.calibration.measure.profiles import Measured, measure, smoothed
 from endocal.model import DivisionModel
 from endocal.synth.sampling import pixel_averages
@@ -17,8 +18,8 @@ AWAY = 90.0
 SMOOTHED = 2.0
 
 
-def measured(bright: int) -> Measured:
-    """A sharp edge that the lens bends, as measured in the smoothed picture; ``bright``: which side is."""
+def picture_and_line(bright: int) -> tuple[np.ndarray, np.ndarray]:
+    """A sharp edge that the lens bends, and points (n, 2) on it; ``bright``: which of its sides is."""
     model = DivisionModel(LENS[0], (MIDDLE, MIDDLE), (SIZE, SIZE))
 
     def side(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -29,7 +30,13 @@ def measured(bright: int) -> Measured:
     picture = np.asarray(pixel_averages(side, levels, (0, 0), (SIZE, SIZE)), np.float32)
     t = np.linspace(-100, 100, 200)
     line = model.distort(np.stack([MIDDLE + t, np.full_like(t, MIDDLE + AWAY)], axis=1))
-    return measure(smoothed(picture, SMOOTHED), line, np.zeros(len(t), np.intp), LENS, True)
+    return picture, line
+
+
+def measured(bright: int) -> Measured:
+    """That edge as measured in the smoothed picture."""
+    picture, line = picture_and_line(bright)
+    return measure(smoothed(picture, SMOOTHED), line, np.zeros(len(line), np.intp), LENS, True)
 
 
 def off(points: np.ndarray) -> float:
@@ -48,6 +55,16 @@ def test_what_blur_draws_off_a_bent_edge_is_put_back(bright: int) -> None:
     # The lens bends it round its middle, whichever of its sides is bright.
     assert off(lines.points) < -0.005
     assert abs(off(mended.points)) < 0.09 * abs(off(lines.points))
+
+
+def test_matched_smoothing_leaves_a_bent_edge_in_its_place() -> None:
+    """It blurs as the camera did before, and both are put back."""
+    picture, line = picture_and_line(0)
+    soft = smoothed(picture, 1.5)
+    known = measure(smoothed(soft), line, np.zeros(len(line), np.intp), LENS, True)
+    matched = measure_matched(soft, smoothed(soft), known, LENS)
+    assert off(known.points) < -0.005
+    assert abs(off(matched.points)) < 0.1 * abs(off(known.points))
 
 
 def test_straight_edges_stay() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -73,6 +75,23 @@ def test_ends_at_right_angles_stay() -> None:
     put = on_their_edges(measured, np.full(7, 2.0), FLAT)
     assert len(put.points) == len(measured.points)
     assert np.abs(put.points - measured.points).max() < 0.02
+
+
+def test_a_line_that_goes_on_to_both_sides_draws_no_end_off() -> None:
+    """There the edge meets another one, and none of the four corners is a bar's."""
+    measured = bars(0.5)
+    # Of what lies beyond half as much is seen.
+    side = measured.take((measured.labels < 6) & (np.arange(len(measured.labels)) % 2 == 0))
+    corner = np.array([30.0, 50.0, 70.0, 90.0, 110.0, 130.0])[side.labels]
+    beyond = replace(
+        side, points=2 * np.stack([corner, np.full_like(corner, TOP)], axis=1) - side.points
+    )
+    both = Measured.joined([measured, beyond], np.append(measured.labels, beyond.labels))
+    order = np.lexsort((both.points[:, 1] * (both.labels < 6), both.labels))
+    both = both.in_order(order, both.labels[order])
+    put = on_their_edges(both, np.full(7, 2.0), FLAT)
+    ends = both.points[both.labels == 6]
+    np.testing.assert_array_equal(put.points[put.labels == 6], ends)
 
 
 def test_what_is_drawn_off_far_is_left_out() -> None:

@@ -69,6 +69,16 @@ def test_soft_edges_scatter_much_less_than_with_little_smoothing() -> None:
     assert np.abs(off(matched, at).mean()) < 0.02
 
 
+def test_edges_of_forty_px_are_long_enough_for_the_smoothing_that_their_blur_wants() -> None:
+    at = [100.0, 180.0]
+    grey, known = picture(at, 2.0, noise=4.0), lines(at)
+    dashes = known.take(known.points[:, 1] % 60 < 40)
+    whole, parts = (
+        off(measure_matched(grey, smoothed(grey), m, FLAT), at).std() for m in (known, dashes)
+    )
+    assert parts < 1.2 * whole
+
+
 def test_an_edge_nearby_on_one_side_moves_a_soft_one_little() -> None:
     at = [100.0, 107.0]
     grey, known = picture(at, 1.4), lines(at)
