@@ -1,6 +1,6 @@
 """What a picture decoder says on standard error, kept from the user's terminal.
 
-libjpeg decodes what it can of a damaged picture, prints a line of its own, and reports success.
+libjpeg and libtiff decode what they can of a damaged picture, print a line of their own, and report success.
 """
 
 from __future__ import annotations
@@ -12,8 +12,16 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator
+from typing import Any
 
-_DAMAGE = "Corrupt JPEG data: "
+import cv2
+
+# What libjpeg says of its data, in a TIFF too, and what libtiff's decoders say of theirs, once without their
+# name. libtiff's other words are of tags that it does not know and of pages that nobody reads.
+_DAMAGE = re.compile(
+    r"Corrupt JPEG data: |TIFF_Error JPEGLib: |TIFF_(?:Error|Warning) \w*Decode\w*: "
+    r"|TIFF_Error (?=Using code not yet in table)"
+)
 # Some cameras fill up the last few bytes, which does no harm.
 _SHORT_FILL = re.compile(r"Corrupt JPEG data: ([1-9]|1[0-6]) extraneous bytes before marker 0xd9")
 _STDERR = 2
@@ -22,7 +30,7 @@ _lock = threading.Lock()
 
 @contextlib.contextmanager
 def decoder_words() -> Iterator[list[str]]:
-    """Collect the lines that go to the process's standard error while the block runs.
+    """Collect the lines that go to the process's standard error while the block runs, OpenCV's among them.
 
     Threads take turns. Where there is no standard error, nothing is collected.
     """
@@ -37,7 +45,8 @@ def decoder_words() -> Iterator[list[str]]:
             sys.stderr.flush()
         os.dup2(file.fileno(), _STDERR)
         try:
-            yield lines
+            with _opencv_warns():
+                yield lines
         finally:
             os.dup2(kept, _STDERR)
             os.close(kept)
@@ -48,6 +57,19 @@ def decoder_words() -> Iterator[list[str]]:
 def damage_in(lines: list[str]) -> str | None:
     """Return what the lines say is wrong with a picture, in the decoder's words; None for nothing."""
     for line in lines:
-        if line.startswith(_DAMAGE) and not _SHORT_FILL.match(line):
-            return line.removeprefix(_DAMAGE)
+        found = _DAMAGE.search(line)
+        if found and not _SHORT_FILL.search(line):
+            return line[found.end() :]
     return None
+
+
+@contextlib.contextmanager
+def _opencv_warns() -> Iterator[None]:
+    """Let OpenCV pass on what libtiff says: the command line silences it, since it talks to the user."""
+    logging: Any = cv2.utils.logging
+    before = logging.getLogLevel()
+    logging.setLogLevel(max(before, logging.LOG_LEVEL_WARNING))
+    try:
+        yield
+    finally:
+        logging.setLogLevel(before)
