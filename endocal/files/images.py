@@ -19,7 +19,7 @@ from ..errors import InputError, OutputError
 from .atomic import atomic_output
 from .decoder_words import damage_in, decoder_words
 from .names import PathLike, shown
-from .picture_header import SIGNATURE_BYTES, as_stored, known_kind, read_header
+from .picture_header import SIGNATURE_BYTES, as_stored, deflate_damage, known_kind, read_header
 
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
 
@@ -116,7 +116,7 @@ def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False)
             image: Any = cv2.imdecode(np.frombuffer(as_stored(data), np.uint8), flags)
     except (cv2.error, MemoryError):
         image = None
-    damage = damage_in(words)
+    damage = damage_in(words) or deflate_damage(data)
     if damage is not None:
         raise InputError(f"{name}: is damaged in the middle ({damage}): take another copy of it")
     if image is None:

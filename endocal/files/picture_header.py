@@ -37,9 +37,14 @@ _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279
 _COMPRESSION, _ORIENTATION = 259, 274
 _TAGS = (_WIDTH, _HEIGHT, _COMPRESSION, _STRIPS, _ORIENTATION, _STRIP_BYTES, _TILES, _TILE_BYTES)
 # None, CCITT, LZW, JPEG, Deflate, PackBits. Of any other OpenCV makes a black picture without a word.
-_TIFF_COMPRESSIONS = frozenset((1, 2, 3, 4, 5, 7, 8, 32773, 32946))
+_DEFLATE = (8, 32946)
+_TIFF_COMPRESSIONS = frozenset((1, 2, 3, 4, 5, 7, 32773, *_DEFLATE))
 _TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
 _TIFF_RATIO = 5
+
+# Deflated strips are inflated up to so many bytes a pixel, and some more for tiles that overlap the edge: 16
+# bits of four channels take half of it, and a few bytes that inflate to gigabytes are left alone.
+_INFLATED_PER_PIXEL, _INFLATED_MORE = 16, 64 << 20
 
 _TRUNCATED = "is truncated: the end of the picture is missing"
 
@@ -88,6 +93,30 @@ def as_stored(data: bytes) -> bytes:
         if tag == _ORIENTATION and kind in _TIFF_TYPES:
             struct.pack_into(order + _TIFF_TYPES[kind], stored, at + (12 if big else 8), 1)
     return bytes(stored)
+
+
+def deflate_damage(data: bytes) -> str | None:
+    """Return what is wrong with the deflated strips or tiles of a TIFF's first page; None for nothing.
+
+    Each ends in a checksum, which libtiff, content with the last pixel, mostly does not come to.
+    """
+    if data[:4] not in _TIFF_ORDER:
+        return None
+    tags = _tiff_tags(data)
+    if (tags.get(_COMPRESSION) or (1,))[0] not in _DEFLATE:
+        return None
+    left = _INFLATED_PER_PIXEL * tags[_WIDTH][0] * tags[_HEIGHT][0] + _INFLATED_MORE
+    for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
+        for start, length in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False):
+            stream = zlib.decompressobj()
+            rest = data[start : start + length]
+            try:
+                while rest and not stream.eof and left > 0:
+                    left -= len(stream.decompress(rest, min(left, _INFLATED_MORE)))
+                    rest = stream.unconsumed_tail
+            except zlib.error as error:
+                return str(error)
+    return None
 
 
 def _reader(data: bytes) -> Callable[[bytes], PictureHeader] | None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 
 import cv2
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from endocal.errors import InputError
 from endocal.files import decode_image
 from endocal.files.decoder_words import damage_in, decoder_words
+from endocal.files.picture_header import deflate_damage
 
-LZW, JPEG, PACKBITS = 5, 7, 32773
+LZW, JPEG, DEFLATE, OLD_DEFLATE, PACKBITS = 5, 7, 8, 32946, 32773
 PRIVATE_TAG = 65000
 
 
@@ -59,7 +63,7 @@ def with_directory(data: bytes, extra: bytes = b"", following: int = 0) -> bytes
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
-@pytest.mark.parametrize("compression", [LZW, JPEG, PACKBITS])
+@pytest.mark.parametrize("compression", [LZW, JPEG, DEFLATE, OLD_DEFLATE, PACKBITS])
 def test_damage_in_the_middle_is_refused(compression: int, share: float, log_level: int) -> None:
     whole = tiff(compression)
     assert decode_image(whole, "board.tif").shape == (256, 320, 3)
@@ -68,6 +72,33 @@ def test_damage_in_the_middle_is_refused(compression: int, share: float, log_lev
     ):
         decode_image(damaged(whole, share), "board.tif")
     assert cv2.utils.logging.getLogLevel() == log_level
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 10**9), st.integers(1, 255))
+def test_any_one_wrong_byte_of_deflated_pixels_is_found(place: int, change: int) -> None:
+    whole = tiff(DEFLATE)
+    (directory,) = struct.unpack_from("<I", whole, 4)
+    # OpenCV writes the strips first, and what describes them behind.
+    at = 8 + place % (directory // 2)
+    spoilt = bytearray(whole)
+    spoilt[at] ^= change
+    with pytest.raises(InputError, match="is damaged in the middle"):
+        decode_image(bytes(spoilt))
+
+
+def test_a_few_bytes_that_inflate_to_much_are_left_alone() -> None:
+    plain = tiff(DEFLATE, np.zeros((256, 320), np.uint8))
+    bomb = zlib.compress(bytes(1 << 27))[:-4] + b"none"
+    entries = {273: len(plain), 279: len(bomb), 278: 256}
+    (start,) = struct.unpack_from("<I", plain, 4)
+    (count,) = struct.unpack_from("<H", plain, start)
+    data = bytearray(plain + bomb)
+    for at in range(start + 2, start + 2 + 12 * count, 12):
+        (tag,) = struct.unpack_from("<H", data, at)
+        if tag in entries:
+            struct.pack_into("<HHII", data, at, tag, 4, 1, entries[tag])
+    assert deflate_damage(bytes(data)) is None
 
 
 @pytest.mark.parametrize(
