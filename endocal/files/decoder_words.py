@@ -9,7 +9,6 @@ import contextlib
 import os
 import re
 import sys
-import tempfile
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -25,6 +24,8 @@ _DAMAGE = re.compile(
 # Some cameras fill up the last few bytes, which does no harm.
 _SHORT_FILL = re.compile(r"Corrupt JPEG data: ([1-9]|1[0-6]) extraneous bytes before marker 0xd9")
 _STDERR = 2
+_CHUNK = 1 << 16
+_END = b"\0no more words\0"
 _lock = threading.Lock()
 
 
@@ -35,23 +36,39 @@ def decoder_words() -> Iterator[list[str]]:
     Threads take turns. Where there is no standard error, nothing is collected.
     """
     lines: list[str] = []
-    with _lock, tempfile.TemporaryFile() as file:
+    with _lock:
         try:
             kept = os.dup(_STDERR)
         except OSError:
             yield lines
             return
+        said = bytearray()
+        outlet, inlet = os.pipe()
+        listener = threading.Thread(target=_listen, args=(outlet, said), daemon=True)
+        listener.start()
         if sys.stderr is not None:
             sys.stderr.flush()
-        os.dup2(file.fileno(), _STDERR)
+        os.dup2(inlet, _STDERR)
         try:
             with _opencv_warns():
                 yield lines
         finally:
             os.dup2(kept, _STDERR)
-            os.close(kept)
-            file.seek(0)
-            lines += file.read().decode(errors="replace").splitlines()
+            os.write(inlet, _END)
+            listener.join()
+            for descriptor in (kept, inlet, outlet):
+                os.close(descriptor)
+            lines += said.removesuffix(_END).decode(errors="replace").splitlines()
+
+
+def _listen(outlet: int, said: bytearray) -> None:
+    """Take all that comes out of a pipe, up to ``_END``.
+
+    A pipe, unlike a file, needs no directory and no room on a disk; somebody has to read it meanwhile, since
+    it holds little. It may never end by itself: a program started meanwhile has its other end, too.
+    """
+    while not said.endswith(_END):
+        said += os.read(outlet, _CHUNK)
 
 
 def damage_in(lines: list[str]) -> str | None:
