@@ -28,7 +28,8 @@ def command(
     tolerance: Annotated[
         float,
         typer.Option(
-            metavar="T", help="How far a number may move, in its stated standard deviations."
+            metavar="T",
+            help="How far a number may move, in standard deviations: the smaller of stated and found.",
         ),
     ] = 0.1,
     json: Json = False,

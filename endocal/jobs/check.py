@@ -26,7 +26,8 @@ class CheckSpec:
     """What to check.
 
     ``file`` is a calibration; its pictures are looked for beside it, or anywhere below ``images``.
-    ``tolerance``, in stated standard deviations, is how far a number may move.
+    ``tolerance`` is how far a number may move, in its standard deviations: the smaller of the one that is
+    recorded and the one that is found now.
     """
 
     file: str
@@ -126,20 +127,35 @@ def check(spec: CheckSpec) -> CheckReport:
 
 
 def compared(recorded: Calibration, found: Calibration, tolerance: float) -> Iterator[Number]:
-    """Yield the numbers of two calibrations; ``tolerance`` in the recorded standard deviations."""
+    """Yield the numbers of two calibrations; ``tolerance`` in standard deviations, see CheckSpec."""
     a, b = recorded.model, found.model
-    sigma = recorded.uncertainty or Uncertainty(
-        UNSTATED_SHARE * abs(a.lam),
-        (UNSTATED_CENTER, UNSTATED_CENTER),
-        UNSTATED_SHARE * abs(a.lam2),
-    )
+    sigma = _sigmas(recorded, found)
     yield Number("lambda", "px^-2", a.lam, b.lam, tolerance * sigma.lam)
     if a.lam2 or b.lam2:
-        allowed = tolerance * (UNSTATED_SHARE * abs(a.lam2) if sigma.lam2 is None else sigma.lam2)
-        yield Number("lambda2", "px^-4", a.lam2, b.lam2, allowed)
+        assert sigma.lam2 is not None
+        yield Number("lambda2", "px^-4", a.lam2, b.lam2, tolerance * sigma.lam2)
     for i, axis in enumerate("xy"):
         allowed = tolerance * sigma.center[i]
         yield Number(f"center {axis}", "px", a.center[i], b.center[i], allowed)
+
+
+def _sigmas(recorded: Calibration, found: Calibration) -> Uncertainty:
+    """The smaller standard deviation of each number, with what stands in for one that is not stated.
+
+    By the recorded ones alone, a file could say of itself that any change is a small one.
+    """
+    model = recorded.model
+    unstated = Uncertainty(
+        UNSTATED_SHARE * abs(model.lam),
+        (UNSTATED_CENTER, UNSTATED_CENTER),
+        UNSTATED_SHARE * abs(model.lam2),
+    )
+    if recorded.uncertainty is None:
+        return unstated
+    both = [recorded.uncertainty, found.uncertainty or unstated]
+    x, y = (min(u.center[i] for u in both) for i in (0, 1))
+    lam2 = min((unstated if u.lam2 is None else u).lam2 or 0.0 for u in both)
+    return Uncertainty(min(u.lam for u in both), (x, y), lam2)
 
 
 def _size(calibration: Calibration) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -58,6 +59,15 @@ def edited(file: Path, **changes: object) -> Calibration:
     return calibration
 
 
+def edited_by_hand(file: Path, **changes: object) -> None:
+    """As ``edited``, and let the file state that it is sure of nothing, with no number rounded by that."""
+    edited(file, **changes)
+    before, after = file.read_text().split("[uncertainty]")
+    after = re.sub(r"^(lambda2?) = \S+", r"\1 = 1e300", after, flags=re.MULTILINE)
+    after = re.sub(r"^center = .*\]", "center = [1e300, 1e300]", after, count=1, flags=re.MULTILINE)
+    file.write_text(f"{before}[uncertainty]{after}")
+
+
 def run(folder: Path, **options: object) -> CheckReport:
     return check(CheckSpec(str(folder / "cal.toml"), **options))  # type: ignore[arg-type]
 
@@ -103,15 +113,60 @@ def test_a_number_that_moved_is_named(
     assert not run(folder, tolerance=0.5).failures
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_each_axis_of_the_centre_has_its_own_tolerance(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, axis: int
+) -> None:
+    sigma = Uncertainty(1e-9, (0.3, 0.01) if axis else (0.01, 0.3))
+    found = edited(folder / "cal.toml", uncertainty=sigma)
+    monkeypatch.setattr(job, "calibrate_files", lambda paths, spec: found)
+    # Half a standard deviation of the surer axis is next to nothing of the other.
+    x, y = found.model.center
+    edited(folder / "cal.toml", model=replace(found.model, center=(x + 0.005, y + 0.005)))
+    failing = [n.name for n in run(folder).numbers if not n.passed]
+    assert failing == [f"center {'xy'[axis]}"]
+
+
+@pytest.mark.parametrize("name", ["lambda", "center x", "center y"])
+def test_an_uncertainty_edited_by_hand_allows_no_more(
+    folder: Path, again: list[CalibrationSpec], name: str
+) -> None:
+    calibration = load(folder / "cal.toml")
+    x, y = calibration.model.center
+    changes: dict[str, Any] = {
+        "lambda": {"lam": 0.99 * calibration.model.lam},
+        "center x": {"center": (x + 1, y)},
+        "center y": {"center": (x, y + 1)},
+    }
+    edited_by_hand(folder / "cal.toml", model=replace(calibration.model, **changes[name]))
+    failing = [n.name for n in run(folder).numbers if not n.passed]
+    assert failing == [name]
+
+
+@pytest.mark.parametrize("uncertainty", [None, Uncertainty(1e-9, (0.01, 0.01), None)])
+def test_a_second_lambda_that_is_gone_is_missed_however_unsure_it_was(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, uncertainty: Uncertainty | None
+) -> None:
+    calibration = load(folder / "cal.toml")
+    found = replace(calibration, uncertainty=uncertainty)
+    monkeypatch.setattr(job, "calibrate_files", lambda paths, spec: found)
+    edited_by_hand(
+        folder / "cal.toml",
+        model=replace(calibration.model, lam2=1e-16),
+        uncertainty=replace(calibration.uncertainty, lam2=1e-19),
+    )
+    assert [n.name for n in run(folder).numbers if not n.passed] == ["lambda2"]
+
+
 def test_the_second_lambda_is_compared_too(folder: Path, again: list[CalibrationSpec]) -> None:
     calibration = load(folder / "cal.toml")
     model = replace(calibration.model, lam2=1e-16)
-    sigma = replace(calibration.uncertainty, lam2=1e-17)
+    sigma = replace(calibration.uncertainty, lam2=1e-19)
     edited(folder / "cal.toml", model=model, uncertainty=sigma)
     report = run(folder)
     number = report.numbers[1]
     assert (number.name, number.passed) == ("lambda2", False)
-    assert number.allowed == pytest.approx(1e-18)
+    assert number.allowed == pytest.approx(1e-20)
     assert again[0].model == "division2"
 
 
