@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import errno
 import gc
 import importlib
 import io
@@ -79,6 +80,9 @@ def run(args: Sequence[str]) -> int:
     except OSError as error:
         if isinstance(error, BrokenPipeError) and _stdout_is_closed():
             return _end_quietly()
+        if error.filename is None and _stdout_refuses():
+            _forget_stdout()
+            return _fail(_describe_output(error), FAILED)
         return _fail(_describe(error), FAILED)
     except Exception as error:
         words = f"internal error: {type(error).__name__}: {error}"
@@ -187,6 +191,12 @@ def _describe(error: OSError) -> str:
     return f"{error.filename}: {reason}" if error.filename else reason
 
 
+def _describe_output(error: OSError) -> str:
+    if error.errno == errno.EBADF:
+        return "standard output: is closed: send it to a file or a pipe"
+    return f"standard output: {_describe(error)}: make room, or send it elsewhere"
+
+
 def _debugging() -> bool:
     return bool(os.environ.get("ENDOCAL_DEBUG"))
 
@@ -237,6 +247,18 @@ def _stdout_is_closed() -> bool:
         return False
 
 
+def _stdout_refuses() -> bool:
+    """Say whether our standard output takes nothing: neither what is held back nor a write of no bytes."""
+    try:
+        sys.stdout.flush()
+        os.write(sys.stdout.fileno(), b"")
+    except (io.UnsupportedOperation, ValueError):
+        return False
+    except OSError:
+        return True
+    return False
+
+
 def _raised_in(error: BaseException) -> str:
     """Return the name of the module that raised an exception."""
     trace, module = error.__traceback__, ""
@@ -246,7 +268,12 @@ def _raised_in(error: BaseException) -> str:
 
 
 def _end_quietly() -> int:
-    """End as a pipeline's member does whose reader wants no more; Python's own last flush must not fail."""
+    """End as a pipeline's member does whose reader wants no more."""
+    _forget_stdout()
+    return DONE
+
+
+def _forget_stdout() -> None:
+    """Let what is held back for standard output go nowhere: Python's own last flush must not fail."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return DONE

@@ -127,11 +127,12 @@ def command(
         seen = "" if page is None else f"; {page} shows why"
         raise CalibrationError(f"{names}: {first}{rest}{seen}")
     save(calibration, output, overwrite=overwrite)
-    if json:
-        print_json(as_data(calibration))
     _tell(calibration, output)
     if page is not None:
         note(f"{page}: its page")
+    if json:
+        # Last: where standard output takes nothing, what stays has been told.
+        print_json(as_data(calibration))
 
 
 def _tell(calibration: Calibration, output: Path) -> None:

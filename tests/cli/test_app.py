@@ -185,7 +185,12 @@ def test_a_signal_ends_it_with_its_code_and_leaves_nothing(
     ("closed", "args", "code", "words"),
     [
         (0, ("show", "-"), 1, "stdin"),
-        (1, ("synth", "board", "-o", "board.png"), 1, ""),
+        (
+            1,
+            ("synth", "board", "-o", "board.png"),
+            1,
+            "endocal: standard output: is closed: send it",
+        ),
         (2, ("synth", "board", "-o", "board.png"), 0, ""),
     ],
 )
@@ -205,3 +210,28 @@ def test_a_standard_stream_that_is_closed(
     assert words.encode() in done.stderr
     for picture in tmp_path.glob("*.png"):
         assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("args", [["--version"], ["--help"], ["show", "cal.toml"]])
+def test_a_standard_output_that_is_full(tmp_path: Path, args: list[str], unbuffered: str) -> None:
+    """One line that says where and what to do, and the exit code of a failure, not one of Python's own."""
+    (tmp_path / "cal.toml").write_text(
+        'schema = "endocal.calibration/1"\n[model]\n'
+        'type = "division"\nlambda = 0\ncenter = [9, 9]\nsize = [20, 20]\n'
+    )
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "endocal", *args],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (
+        1,
+        "endocal: standard output: No space left on device: make room, or send it elsewhere\n",
+    )

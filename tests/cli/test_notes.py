@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,28 @@ def test_a_note_that_cannot_be_told_does_no_harm(monkeypatch: pytest.MonkeyPatch
         note("done")
         with pytest.raises(OSError, match="No space left"):
             full.close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_file_that_was_written_is_told_before_json_that_cannot_be(tmp_path: Path) -> None:
+    scene = board(size=(320, 240), center=(162.0, 118.0), square=21.0, lam=-1e-5)
+    cv2.imwrite(str(tmp_path / "board.png"), render_board(scene))
+    command = ["calibrate", "board.png", "-o", "cal.toml", "--report", "cal.html", "--json"]
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "endocal", *command],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 1
+    *_, file, page, failure = done.stderr.splitlines()
+    assert file == "endocal: cal.toml: good"
+    assert page == "endocal: cal.html: its page"
+    assert failure.startswith("endocal: standard output: ")
+    assert isinstance(load(tmp_path / "cal.toml"), Calibration)
 
 
 @pytest.mark.parametrize("pages", [1, 2])
