@@ -61,7 +61,7 @@ def _add_source(found: Found, spec: BatchSpec, source: str) -> None:
             if not _is_output(found, spec, path, top):
                 _add(found, spec, path, top)
     else:
-        raise InputError(f"{shown(source)}: no such file or directory")
+        raise InputError(f"{shown(source)}: no such file or directory: check its name")
 
 
 def _add_manifest(found: Found, spec: BatchSpec, path: str) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import InputError, OutputError
 from .atomic import atomic_output
 from .decoder_words import damage_in, decoder_words
-from .names import PathLike, shown
+from .names import NO_SUCH_FILE, PathLike, shown
 from .picture_header import SIGNATURE_BYTES, as_stored, deflate_damage, known_kind, read_header
 
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
@@ -77,10 +77,10 @@ def read_picture_bytes(path: PathLike) -> bytes:
                 )
             data = start + file.read(_MAX_BYTES)
     except FileNotFoundError:
-        hint = ": a picture is not read from a pipe, write it to a file" if name == "-" else ""
-        raise InputError(f"{name}: no such file{hint}") from None
+        pipe = "no such file: a picture is not read from a pipe, write it to a file"
+        raise InputError(f"{name}: {pipe if name == '-' else NO_SUCH_FILE}") from None
     except IsADirectoryError:
-        raise InputError(f"{name}: is a directory, not a picture") from None
+        raise InputError(f"{name}: is a directory, not a picture: name a file in it") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if len(data) > _MAX_BYTES:
@@ -121,7 +121,8 @@ def decode_image(data: bytes, name: str = "<picture>", keep_alpha: bool = False)
         raise InputError(f"{name}: is damaged in the middle ({damage}): take another copy of it")
     if image is None:
         raise InputError(
-            f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read"
+            f"{name}: cannot be decoded: it is damaged, or of a kind that OpenCV does not read: take another"
+            " copy of it, or convert it to PNG"
         )
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(

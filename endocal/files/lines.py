@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from ..errors import InputError
-from .names import PathLike, shown
+from .names import NO_SUCH_FILE, PathLike, shown
 
 Line = tuple[tuple[float, float], ...]
 
@@ -27,7 +27,7 @@ def read_lines(path: PathLike) -> tuple[Line, ...]:
     except UnicodeDecodeError:
         raise InputError(f"{name}: is no text; write a point x y a row") from None
     except FileNotFoundError:
-        raise InputError(f"{name}: no such file") from None
+        raise InputError(f"{name}: {NO_SUCH_FILE}") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be read: {error.strerror or error}") from None
     lines: list[Line] = []

@@ -6,6 +6,9 @@ import os
 
 PathLike = str | os.PathLike[str]
 
+# What there is to do about a file that is not there.
+NO_SUCH_FILE = "no such file: check its name"
+
 
 def shown(path: PathLike) -> str:
     """Return a path on one line: as it is, or quoted and escaped where it holds unprintable characters."""

@@ -46,12 +46,15 @@ _TIFF_RATIO = 5
 # bits of four channels take half of it, and a few bytes that inflate to gigabytes are left alone.
 _INFLATED_PER_PIXEL, _INFLATED_MORE = 16, 64 << 20
 
-_TRUNCATED = "is truncated: the end of the picture is missing"
+_REMEDY = "take another copy of it"
+_TRUNCATED = f"is truncated: the end of the picture is missing: {_REMEDY}"
 
 
 @dataclass(frozen=True)
 class PictureHeader:
-    """The size in px of the stored picture, and in words what is missing of the file (None: nothing).
+    """The size in px of the stored picture, and in words what is missing of the file, and what to do.
+
+    ``damage`` is None where nothing is missing.
 
     ``orientation`` is EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8. A TIFF may
     hold several ``pages``; what is said here is said of the first.
@@ -74,7 +77,7 @@ def read_header(data: bytes) -> PictureHeader:
     except (struct.error, IndexError, OverflowError, MemoryError):
         raise InputError(_TRUNCATED) from None
     if header.width < 1 or header.height < 1:
-        raise InputError("is damaged: its header gives no size")
+        raise InputError(f"is damaged: its header gives no size: {_REMEDY}")
     return header
 
 
@@ -134,12 +137,13 @@ def _reader(data: bytes) -> Callable[[bytes], PictureHeader] | None:
 def _read_png(data: bytes) -> PictureHeader:
     length, kind, width, height = struct.unpack_from(">I4sII", data, 8)
     if kind != b"IHDR" or length != 13:
-        raise InputError("is damaged: a PNG without a header")
+        raise InputError(f"is damaged: a PNG without a header: {_REMEDY}")
     orientation = 1
     for kind, at, end in png_chunks(data):
         (checksum,) = struct.unpack_from(">I", data, end)
         if zlib.crc32(memoryview(data)[at - 4 : end]) != checksum:
-            return PictureHeader(width, height, "is damaged: a checksum in it is wrong")
+            damage = f"is damaged: a checksum in it is wrong: {_REMEDY}"
+            return PictureHeader(width, height, damage)
         if kind == b"eXIf":
             orientation = _exif_orientation(data[at:end])
         if kind == b"IEND":
@@ -169,7 +173,7 @@ def _read_jpeg(data: bytes) -> PictureHeader:
             (length,) = struct.unpack_from(">H", data, at + 2)
             orientation = _exif_orientation(data[at + 4 + len(_EXIF) : at + 2 + length])
     if size is None:
-        raise InputError("is damaged: a JPEG without a picture")
+        raise InputError(f"is damaged: a JPEG without a picture: {_REMEDY}")
     return PictureHeader(*size, None if last == JPEG_END else _TRUNCATED, orientation)
 
 
@@ -182,7 +186,7 @@ def jpeg_markers(data: bytes, at: int = 2) -> Iterator[tuple[int, int]]:
         while data[at] == 0xFF and data[at + 1] == 0xFF:
             at += 1
         if data[at] != 0xFF:
-            raise InputError("is damaged: no JPEG marker where one must be")
+            raise InputError(f"is damaged: no JPEG marker where one must be: {_REMEDY}")
         marker = data[at + 1]
         yield marker, at
         if marker == JPEG_END:
@@ -208,10 +212,12 @@ def jpeg_size(data: bytes, at: int) -> tuple[int, int]:
 def _read_tiff(data: bytes) -> PictureHeader:
     tags = _tiff_tags(data)
     if not tags.get(_WIDTH) or not tags.get(_HEIGHT):
-        raise InputError("is damaged: a TIFF without a size")
+        raise InputError(f"is damaged: a TIFF without a size: {_REMEDY}")
     compression = (tags.get(_COMPRESSION) or (1,))[0]
     if compression not in _TIFF_COMPRESSIONS:
-        raise InputError(f"is a TIFF with a compression (number {compression}) that is not read")
+        raise InputError(
+            f"is a TIFF with a compression (number {compression}) that is not read: save it as PNG"
+        )
     damage = None
     for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):
         ends = (o + n for o, n in zip(tags.get(offsets, ()), tags.get(sizes, ()), strict=False))

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..zoom.table import ZoomTable
 from . import calibration, zoomtable
 from .atomic import atomic_output
-from .names import PathLike, shown
+from .names import NO_SUCH_FILE, PathLike, shown
 from .section import Section
 
 # A table of a thousand settings stays under this; a video given by mistake does not.
@@ -37,9 +37,11 @@ def load(path: PathLike) -> Calibration | ZoomTable:
         with open(path, "rb") as file:
             data = file.read(_MAX_BYTES + 1)
     except FileNotFoundError:
-        raise InputError(f"{name}: no such file") from None
+        raise InputError(f"{name}: {NO_SUCH_FILE}") from None
     except IsADirectoryError:
-        raise InputError(f"{name}: is a directory, not a calibration or zoom table") from None
+        raise InputError(
+            f"{name}: is a directory, not a calibration or zoom table: name a file in it"
+        ) from None
     except (OSError, ValueError) as error:
         raise InputError(f"{name}: cannot be read: {getattr(error, 'strerror', error)}") from None
     return loads(_decode(data, name), name)

@@ -13,7 +13,7 @@ from ..errors import InputError, UsageError
 from ..exchange.fit_division import DivisionFit, fit_division
 from ..exchange.read_camera import read_camera
 from ..files import check_output, save
-from ..files.names import shown
+from ..files.names import NO_SUCH_FILE, shown
 
 MODELS = ("division", "division2")
 
@@ -97,7 +97,7 @@ def _read(path: str) -> str:
             with open(path, "rb") as file:
                 data = file.read(_MAX_BYTES + 1)
     except FileNotFoundError:
-        raise InputError("no such file") from None
+        raise InputError(NO_SUCH_FILE) from None
     except IsADirectoryError:
         raise InputError("is a directory, not a calibration file") from None
     except (OSError, ValueError) as error:

@@ -43,7 +43,7 @@ def _candidates(picture: str, file: str, folder: str | None) -> list[Path]:
         beside = (Path() if file == "-" else Path(file).parent) / picture
         return [beside] if beside.is_file() else []
     if not Path(folder).is_dir():
-        raise InputError(f"{shown(folder)}: no such folder of pictures")
+        raise InputError(f"{shown(folder)}: no such folder of pictures: check its name")
     try:
         os.scandir(folder).close()
     except OSError as error:

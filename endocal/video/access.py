@@ -100,7 +100,7 @@ def _check_file(path: str, name: str) -> None:
     try:
         size = os.stat(path).st_size
     except OSError as error:
-        what = "no such file" if error.errno == errno.ENOENT else error.strerror
+        what = "no such file: check its name" if error.errno == errno.ENOENT else error.strerror
         if "://" in path:
             what = "is an address: read it with --live, or save it to a file first"
         raise InputError(f"{name}: {what}") from error

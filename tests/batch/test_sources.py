@@ -172,7 +172,7 @@ def test_links_to_directories_are_not_followed(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("source", "words"),
     [
-        ("nothing", "nothing: no such file or directory"),
+        ("nothing", "nothing: no such file or directory: check its name"),
         ("raw/*.mov", "matches no file"),
         ("raw/one/.d", None),
         ("empty", "no recording was found"),

@@ -312,7 +312,7 @@ def test_of_two_maps_neither_is_left_where_one_exists(endocal: Runner, folder: P
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (None, "no such file"),
+        (None, "no such file: check its name"),
         (b"", "is empty"),
         (b"\xff\xfe\x00\x01", "it is no text"),
         (b"a: 1\n", "camera_matrix holds 0 numbers"),

@@ -166,7 +166,9 @@ def test_a_truncated_picture_is_refused(tmp_path: Path, suffix: str, share: floa
     data = picture(suffix)
     path = tmp_path / f"cut{suffix}"
     path.write_bytes(data[: max(9, int(len(data) * share))])
-    with pytest.raises(InputError, match=r"cut.*: is (truncated|damaged)"):
+    with pytest.raises(
+        InputError, match=r"cut.*: is (truncated|damaged)\b.*: take another copy of it$"
+    ):
         read_image(path)
 
 
@@ -194,7 +196,7 @@ def test_any_damage_is_a_picture_or_an_error_of_ours(suffix: str, data: st.DataO
 def test_a_damaged_png_is_named() -> None:
     data = bytearray(picture(".png"))
     data[len(data) // 2] ^= 0xFF
-    with pytest.raises(InputError, match="a checksum in it is wrong"):
+    with pytest.raises(InputError, match=r"a checksum in it is wrong: take another copy of it$"):
         decode_image(bytes(data))
 
 
@@ -204,7 +206,7 @@ def test_a_damaged_png_is_named() -> None:
         (b"", "is empty"),
         (b"hello", "is not a PNG, JPEG, TIFF or BMP picture"),
         (b"\0" * 4096, "is not a PNG, JPEG, TIFF or BMP picture"),
-        (b"\x89PNG\r\n\x1a\n", "is truncated"),
+        (b"\x89PNG\r\n\x1a\n", "is truncated: .*: take another copy of it$"),
         (b"GIF89a" + b"\0" * 99, "is not a PNG"),
     ],
 )
@@ -218,9 +220,9 @@ def test_what_is_no_picture(tmp_path: Path, data: bytes, message: str) -> None:
 def test_a_picture_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"-: no such file: a picture is not read from a pipe"):
         read_image("-")
-    with pytest.raises(InputError, match=r"none\.png: no such file$"):
+    with pytest.raises(InputError, match=r"none\.png: no such file: check its name$"):
         read_image(tmp_path / "none.png")
-    with pytest.raises(InputError, match="is a directory"):
+    with pytest.raises(InputError, match=r"is a directory, not a picture: name a file in it$"):
         read_image(tmp_path)
 
 
@@ -249,7 +251,9 @@ def test_a_compression_that_nobody_knows_is_refused() -> None:
     data = bytearray(picture(".tif", GREY))
     entry = data.index(struct.pack("<HHI", 259, 3, 1))
     data[entry + 8 : entry + 10] = struct.pack("<H", 9999)
-    with pytest.raises(InputError, match=r"compression \(number 9999\) that is not read"):
+    with pytest.raises(
+        InputError, match=r"compression \(number 9999\) that is not read: save it as PNG$"
+    ):
         decode_image(bytes(data))
 
 

@@ -59,5 +59,5 @@ def test_no_text(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(InputError, match="is no text"):
         read_lines(tmp_path / "a.png")
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match=r"no such file: check its name$"):
         read_lines(tmp_path / "none.txt")

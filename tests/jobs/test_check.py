@@ -221,7 +221,7 @@ def test_a_missing_picture_is_named(folder: Path, images: str | None) -> None:
 
 
 def test_a_missing_folder_is_named(folder: Path) -> None:
-    with pytest.raises(InputError, match="nowhere: no such folder"):
+    with pytest.raises(InputError, match="nowhere: no such folder of pictures: check its name"):
         run(folder, images=str(folder / "nowhere"))
 
 

@@ -133,7 +133,7 @@ def test_what_is_no_video_is_refused_in_one_line(tmp_path: Path) -> None:
     assert "empty" in refusal(empty)
     assert "cannot be read as a video" in refusal(text)
     assert "cannot be read as a video" in refusal(noise)
-    assert "no such file" in refusal(tmp_path / "missing.mp4")
+    assert "no such file: check its name" in refusal(tmp_path / "missing.mp4")
     assert "directory" in refusal(tmp_path)
 
 
