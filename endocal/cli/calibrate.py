@@ -86,6 +86,7 @@ def command(
     """
     from ..calibration.spec import CalibrationSpec
     from ..files import check_output, read_lines, save
+    from ..files.names import shown
     from ..jobs.calibrate import report_files
     from ..jobs.show import as_data
 
@@ -109,7 +110,7 @@ def command(
     report = report_files(images, spec)
     calibration = report.calibration
     for path, reason in report.left_out:
-        note(f"note: {path} left out: {reason}")
+        note(f"note: {shown(path)} left out: {reason}")
     for words in report.notes:
         note(f"note: {words}")
     if page is not None:
@@ -120,23 +121,23 @@ def command(
         report_calibration(report, name, str(page), overwrite)
     quality = calibration.quality
     if quality is not None and quality.verdict == "failed" and not force:
-        names = ", ".join(str(image) for image in images)
+        names = ", ".join(shown(image) for image in images)
         first, *more = quality.reasons
         rest = f"; {len(more)} more in the file that --force writes" if more else ""
         rest = rest or "; --force writes it all the same"
-        seen = "" if page is None else f"; {page} shows why"
+        seen = "" if page is None else f"; {shown(page)} shows why"
         raise CalibrationError(f"{names}: {first}{rest}{seen}")
     save(calibration, output, overwrite=overwrite)
-    _tell(calibration, output)
+    _tell(calibration, shown(output))
     if page is not None:
-        note(f"{page}: its page")
+        note(f"{shown(page)}: its page")
     if json:
         # Last: where standard output takes nothing, what stays has been told.
         print_json(as_data(calibration))
 
 
-def _tell(calibration: Calibration, output: Path) -> None:
-    """Say on standard error what was found."""
+def _tell(calibration: Calibration, output: str) -> None:
+    """Say on standard error what was found, and what the file that holds it is called."""
     model, u, quality = calibration.model, calibration.uncertainty, calibration.quality
     lam, x, y = model.lam, *model.center
     if u is None:

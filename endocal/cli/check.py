@@ -39,6 +39,7 @@ def command(
     The pictures are found by name and proved by their SHA-256. lambda, lambda2 and the centre are
     compared. Where FILE states no standard deviations, 1 % of lambda and 1 px of the centre stand in.
     """
+    from ..files.names import shown
     from ..jobs.check import CheckSpec, check
 
     report = check(CheckSpec(str(file), None if images is None else str(images), tolerance))
@@ -53,4 +54,4 @@ def command(
     if report.recorded_verdict not in (None, report.found_verdict):
         note(f"the verdict was {report.recorded_verdict} and is {report.found_verdict} now")
     if report.failures:
-        raise CalibrationError(f"{file}: {'; '.join(report.failures)}")
+        raise CalibrationError(f"{shown(file)}: {'; '.join(report.failures)}")

@@ -42,6 +42,7 @@ def command(
     """
     from ..calibration.spec import CalibrationSpec
     from ..files import read_lines
+    from ..files.names import shown
     from ..jobs.evaluate import EvaluationSpec, evaluate_files
     from ..jobs.line_source import LineSource
 
@@ -54,13 +55,13 @@ def command(
     report = evaluate_files(spec)
     for picture in report.pictures:
         for text in picture.notes:
-            note(f"note: {picture.image}: {text}")
+            note(f"note: {shown(picture.image)}: {text}")
     if json:
         print_json(report.data())
         return
     typer.echo(f"{'':<24}{'lines':>6}{'points':>8}{'RMSE, px':>18}{'straightness, px':>22}")
     for picture in report.pictures:
-        typer.echo(_row(picture.image, picture.evaluation))
+        typer.echo(_row(shown(picture.image), picture.evaluation))
     if len(report.pictures) > 1:
         typer.echo(_row("all", report.total))
 

@@ -52,12 +52,11 @@ _TRUNCATED = f"is truncated: the end of the picture is missing: {_REMEDY}"
 
 @dataclass(frozen=True)
 class PictureHeader:
-    """The size in px of the stored picture, and in words what is missing of the file, and what to do.
+    """The size in px of the stored picture, and what is said of the file.
 
-    ``damage`` is None where nothing is missing.
-
-    ``orientation`` is EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8. A TIFF may
-    hold several ``pages``; what is said here is said of the first.
+    ``damage`` is in words what is missing of it, and what to do; None where nothing is. ``orientation`` is
+    EXIF's: how to turn the stored picture for the eye, 1 (not at all) to 8. A TIFF may hold several
+    ``pages``; what is said here is said of the first.
     """
 
     width: int

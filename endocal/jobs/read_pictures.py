@@ -38,7 +38,7 @@ class ReadPicture:
     def of(cls, path: str | Path) -> ReadPicture:
         """Read a file; InputError, naming it, for one that cannot be used."""
         data = read_picture_bytes(path)
-        return cls(path, data, decode_image(data, str(path)))
+        return cls(path, data, decode_image(data, shown(path)))
 
     @property
     def name(self) -> str:
