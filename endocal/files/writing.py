@@ -11,6 +11,7 @@ import math
 import tomli_w
 
 from ..errors import InputError
+from .names import as_text
 
 # Digits of a number that comes without an uncertainty: far finer than any lens is known, far coarser than
 # what the order of a sum changes.
@@ -77,8 +78,7 @@ def text(value: str) -> str:
 
     The bytes of a file name that are no valid Unicode become question marks.
     """
-    clean = value.encode("utf-8", "replace").decode("utf-8")
-    quoted = tomli_w.dumps({"key": clean}).removeprefix("key = ").rstrip("\n")
+    quoted = tomli_w.dumps({"key": as_text(value)}).removeprefix("key = ").rstrip("\n")
     return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..calibration.result import SourceImage
 from ..errors import InputError
 from ..files import read_picture_bytes
-from ..files.names import shown
+from ..files.names import as_text, shown
 
 
 def find_picture(image: SourceImage, file: str, folder: str | None = None) -> str:
@@ -40,12 +40,27 @@ def find_picture(image: SourceImage, file: str, folder: str | None = None) -> st
 def _candidates(picture: str, file: str, folder: str | None) -> list[Path]:
     """The files of that name beside the calibration, or anywhere below the folder of pictures."""
     if folder is None:
-        beside = (Path() if file == "-" else Path(file).parent) / picture
-        return [beside] if beside.is_file() else []
+        parent = Path() if file == "-" else Path(file).parent
+        if (parent / picture).is_file():
+            return [parent / picture]
+        return sorted(path for path in _files_in(parent) if _is_called(path.name, picture))
     if not Path(folder).is_dir():
         raise InputError(f"{shown(folder)}: no such folder of pictures: check its name")
     try:
         os.scandir(folder).close()
     except OSError as error:
         raise InputError(f"{shown(folder)}: cannot be read: {error.strerror}") from None
-    return sorted(Path(at) / picture for at, _, files in os.walk(folder) if picture in files)
+    found = ((at, name) for at, _, files in os.walk(folder) for name in files)
+    return sorted(Path(at) / name for at, name in found if _is_called(name, picture))
+
+
+def _files_in(folder: Path) -> list[Path]:
+    try:
+        return [path for path in folder.iterdir() if path.is_file()]
+    except OSError:
+        return []
+
+
+def _is_called(name: str, picture: str) -> bool:
+    """Say whether a file's name is the recorded one, in which question marks may stand for any bytes."""
+    return as_text(name) == picture

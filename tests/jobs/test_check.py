@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 from dataclasses import replace
@@ -209,6 +210,26 @@ def test_another_picture_of_that_name_is_refused(folder: Path) -> None:
         InputError, match=r"board-1\.png: is not the picture that .*SHA-256 differs"
     ):
         run(folder)
+
+
+@pytest.mark.parametrize("images", [None, "."])
+@pytest.mark.parametrize("name", [b"board \xff.png", b"board ?.png"])
+def test_a_name_that_is_no_text_is_found_again(
+    folder: Path, again: list[CalibrationSpec], name: bytes, images: str | None
+) -> None:
+    """Such bytes of a name are recorded as question marks, and the SHA-256 tells who else is called so."""
+    calibration = load(folder / "cal.toml")
+    data = (folder / "board-1.png").read_bytes()
+    (folder / "board-1.png").unlink()
+    try:
+        (folder / os.fsdecode(name)).write_bytes(data)
+        (folder / os.fsdecode(b"board \xfe.png")).write_bytes(data + b"\n")
+    except OSError:
+        pytest.skip("names are text on this file system")
+    image = replace(calibration.source.images[0], file=os.fsdecode(name))
+    edited(folder / "cal.toml", source=replace(calibration.source, images=(image,)))
+    report = run(folder, images=None if images is None else str(folder))
+    assert report.pictures == (str(folder / os.fsdecode(name)),)
 
 
 @pytest.mark.parametrize("images", [None, "pictures"])
