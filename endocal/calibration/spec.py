@@ -56,6 +56,8 @@ class CalibrationSpec:
     def __post_init__(self) -> None:
         _check_whole("--samples", self.samples, 3, MOST_SAMPLES)
         _check_whole("--sobel", self.sobel, 3, 31, odd=True)
+        if not isinstance(self.refine, bool):
+            raise UsageError(f"refine {self.refine!r}: True or False is needed")
         if self.model not in MODELS:
             raise UsageError(f"--model {self.model}: one of {', '.join(MODELS)} is needed")
         if self.model == "division2" and not self.refine:
@@ -88,7 +90,12 @@ class CalibrationSpec:
 
 
 def check_lines(lines: Lines) -> None:
-    """Refuse lines that could only be straight: of fewer than 3 different points, or of no length."""
+    """Refuse what are no lines, and those that could only be straight.
+
+    The latter have fewer than 3 different points, or no length.
+    """
+    if not _are_lines(lines):
+        raise UsageError("--lines: lines are needed, each of points (x, y), two numbers in px")
     if not lines or min(len(line) for line in lines) < 3:
         raise UsageError("--lines: at least one line is needed, of 3 points or more each")
     for number, line in enumerate(lines, 1):
@@ -104,6 +111,20 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
+def _are_lines(lines: object) -> bool:
+    return isinstance(lines, tuple | list) and all(
+        isinstance(line, tuple | list) and all(_is_point(point) for point in line) for line in lines
+    )
+
+
+def _is_point(point: object) -> bool:
+    return (
+        isinstance(point, tuple)
+        and len(point) == 2
+        and all(_is_number(v) and math.isfinite(v) for v in point)
+    )
+
+
 def _check_whole(name: str, value: int, least: int, most: int, odd: bool = False) -> None:
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= value <= most or (odd and value % 2 == 0):
@@ -115,11 +136,7 @@ def _check_center(center: Center) -> None:
     if isinstance(center, str):
         if center not in ("free", "image"):
             raise UsageError(f"--center {center}: free, image or X,Y is needed")
-    elif not (
-        isinstance(center, tuple)
-        and len(center) == 2
-        and all(_is_number(v) and math.isfinite(v) for v in center)
-    ):
+    elif not _is_point(center):
         raise UsageError(f"--center {center}: free, image or two numbers (x, y) in px are needed")
 
 

@@ -293,6 +293,7 @@ def test_options_that_make_no_sense() -> None:
         *(("epsilon", v) for v in (0.0, np.nan, np.inf)),
         ("max_rounds", 0),
         *(("roi", v) for v in ((0, 0, 10), (0.0, np.nan, 10.0, 10.0), (0, 0, 0, 10))),
+        *(("refine", v) for v in ("no", 1, None)),
     )
     for name, value in wrong:
         with pytest.raises(UsageError, match=name.replace("_", ".") + ".*needed"):

@@ -1,5 +1,7 @@
 """The methods that rest on chosen lines: Wang's circle arcs, and HTRDC's single line."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,8 @@ from endocal.synth.board import BoardScene, render_board, true_lines
 from ..scenes import TRUTH, board, line_points
 
 FREE = Prior((319.5, 239.5), (32.0, 24.0))
+# Two points of a line that is to be spoilt.
+START = (1, 2), (3, 4)
 
 
 def chosen(scene: BoardScene, each: int = 12) -> tuple[tuple[tuple[float, float], ...], ...]:
@@ -119,3 +123,21 @@ def test_the_search_keeps_a_centre_that_is_one_value() -> None:
     found = search(lambda *axes: hewg(voters, *axes), region, 10, 1e-9, 20)
     np.testing.assert_array_equal(found.params[1:], TRUTH[1:])
     assert found.params[0] == pytest.approx(TRUTH[0], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        5,
+        "lines",
+        (START,),
+        ((*START, ("a", 6)),),
+        ((*START, (np.nan, 6.0)),),
+        ((*START, (5, 6, 7)),),
+        ((*START, [5, 6]),),
+        ((*START, 5),),
+    ],
+)
+def test_what_are_no_lines(lines: Any) -> None:
+    with pytest.raises(UsageError, match=r"--lines: .*needed"):
+        CalibrationSpec(method="wang", lines=lines)
