@@ -19,6 +19,8 @@ SHORTEST_LINE = 1.0
 MOST_SAMPLES = 100
 # Each round narrows the range; long before this it is nothing.
 MOST_ROUNDS = 1000
+# A pixel's width over its height, least and most: anamorphic pictures stay far within.
+PIXEL_ASPECTS = (0.1, 10.0)
 
 Center = str | tuple[float, float]
 # Each line as its points (x, y), px of the frame.
@@ -65,9 +67,10 @@ class CalibrationSpec:
                 "--no-refine: a search alone tells one parameter; --model division2 needs the refinement"
             )
         _check_center(self.center)
-        if not (_is_number(self.aspect) and 0.1 <= self.aspect <= 10):
+        least, most = PIXEL_ASPECTS
+        if not (_is_number(self.aspect) and least <= self.aspect <= most):
             raise UsageError(
-                f"--pixel-aspect {self.pixel_aspect}: a ratio from 0.1 to 10 is needed"
+                f"--pixel-aspect {self.pixel_aspect}: a ratio from {least:g} to {most:g} is needed"
             )
         if not (_is_number(self.epsilon) and 0 < self.epsilon < math.inf):
             raise UsageError(f"epsilon {self.epsilon}: a range above 0 is needed, in px^-2")

@@ -14,6 +14,7 @@ from ..calibration.result import (
     SourceImage,
     Uncertainty,
 )
+from ..calibration.spec import PIXEL_ASPECTS
 from ..errors import InputError
 from ..model import DivisionModel
 from . import recorded_options
@@ -66,7 +67,7 @@ def _read_model(section: Section) -> tuple[DivisionModel, float | None]:
         "lam": section.number("lambda"),
         "center": section.pair("center"),
         "size": section.size("size"),
-        "pixel_aspect": section.number("pixel_aspect", 1.0),
+        "pixel_aspect": section.number_within("pixel_aspect", PIXEL_ASPECTS, 1.0),
         "lam2": section.number("lambda2") if two else 0.0,
     }
     if not two and section.has("lambda2"):

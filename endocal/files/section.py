@@ -49,6 +49,14 @@ class Section:
         value = self.get(key, default)
         return value if value is default else self._number(key, value, at_least)
 
+    def number_within(self, key: str, limits: tuple[float, float], default: Any = _REQUIRED) -> Any:
+        """Return a finite number that lies within ``limits``, least and most."""
+        value = self.number(key, default)
+        least, most = limits
+        if not least <= value <= most:
+            raise InputError(f"{self.name(key)} is {value:g}; it must be {least:g} to {most:g}")
+        return value
+
     def integer(self, key: str, default: Any = _REQUIRED, at_least: int = 0) -> Any:
         """Return a whole number."""
         value = self.get(key, default)

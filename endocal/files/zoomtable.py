@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..calibration.spec import PIXEL_ASPECTS
 from ..errors import InputError
 from ..zoom.table import Setting, SettingSource, ZoomTable
 from . import writing as w
@@ -19,7 +20,7 @@ _LAW_DIGITS, _SAME_LAW = 6, 0.01
 def read(document: Section) -> ZoomTable:
     """Return the zoom table that a document holds; InputError where it is not a sound one."""
     size = document.size("size")
-    pixel_aspect = document.number("pixel_aspect", 1.0)
+    pixel_aspect = document.number_within("pixel_aspect", PIXEL_ASPECTS, 1.0)
     stated = _read_law(document.section("law")) if document.has("law") else None
     settings = tuple(_read_setting(s) for s in document.sections("setting", "[[setting]] number"))
     document.close()

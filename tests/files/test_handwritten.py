@@ -92,7 +92,12 @@ def test_a_byte_order_mark_is_no_matter(tmp_path: Path) -> None:
         ("[388.6, 275]", "[-800, 275]", r"\[model\] the centre \(-800, 275\) lies far outside"),
         ("[768, 576]", "[768.0, 576]", r"\[model\] size is \[768.0, 576\]; it must be .* whole"),
         ("[768, 576]", "[768, 0]", r"\[model\] size is \[768, 0\]"),
-        ("[768, 576]", "[768, 576]\npixel_aspect = 0", r"\[model\] pixel_aspect 0 is not positive"),
+        (
+            "[768, 576]",
+            "[768, 576]\npixel_aspect = 0",
+            r"\[model\] pixel_aspect is 0; it must be 0\.1 to 10",
+        ),
+        ("[768, 576]", "[768, 576]\npixel_aspect = 20", r"\[model\] pixel_aspect is 20; it must"),
         ("[model]", "[uncertainty]\nlambda = 1e-9\n[model]", r"\[uncertainty\] center is missing"),
         (
             "[model]",
@@ -149,6 +154,7 @@ def test_a_wrong_calibration_is_named(tmp_path: Path, old: str, new: str, messag
     [
         ("zoomtable/1", "zoomtable/7", 'schema "endocal.zoomtable/7" is newer'),
         ("size", "sizes", "size is missing"),
+        ("size", "pixel_aspect = 0.05\nsize", r"pixel_aspect is 0\.05; it must be 0\.1 to 10"),
         ("diameter = 210", "", r"\[\[setting\]\] number 2: diameter is missing"),
         (
             "diameter = 210",
