@@ -34,10 +34,11 @@ _EXIF = b"Exif\0\0"
 
 # TIFF: tags, and the byte size and struct letter of the field types that hold sizes and offsets.
 _WIDTH, _HEIGHT, _STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES = 256, 257, 273, 279, 324, 325
-_COMPRESSION, _ORIENTATION = 259, 274
-_TAGS = (_WIDTH, _HEIGHT, _COMPRESSION, _STRIPS, _ORIENTATION, _STRIP_BYTES, _TILES, _TILE_BYTES)
-# None, CCITT, LZW, JPEG, Deflate, PackBits. Of any other OpenCV makes a black picture without a word.
+_COMPRESSION, _FILL_ORDER, _ORIENTATION = 259, 266, 274
+_PLACES = (_STRIPS, _STRIP_BYTES, _TILES, _TILE_BYTES)
+_TAGS = (_WIDTH, _HEIGHT, _COMPRESSION, _FILL_ORDER, _ORIENTATION, *_PLACES)
 _DEFLATE = (8, 32946)
+# None, CCITT, LZW, JPEG, Deflate, PackBits. Of any other OpenCV makes a black picture without a word.
 _TIFF_COMPRESSIONS = frozenset((1, 2, 3, 4, 5, 7, 32773, *_DEFLATE))
 _TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
 _TIFF_RATIO = 5
@@ -105,7 +106,9 @@ def deflate_damage(data: bytes) -> str | None:
     if data[:4] not in _TIFF_ORDER:
         return None
     tags = _tiff_tags(data)
-    if (tags.get(_COMPRESSION) or (1,))[0] not in _DEFLATE:
+    # Fill order 2, which is rare, turns the bits of each byte around.
+    turned = (tags.get(_FILL_ORDER) or (1,))[0] == 2
+    if turned or (tags.get(_COMPRESSION) or (1,))[0] not in _DEFLATE:
         return None
     left = _INFLATED_PER_PIXEL * tags[_WIDTH][0] * tags[_HEIGHT][0] + _INFLATED_MORE
     for offsets, sizes in ((_STRIPS, _STRIP_BYTES), (_TILES, _TILE_BYTES)):

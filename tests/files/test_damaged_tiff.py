@@ -87,6 +87,15 @@ def test_any_one_wrong_byte_of_deflated_pixels_is_found(place: int, change: int)
         decode_image(bytes(spoilt))
 
 
+def test_deflated_pixels_with_their_bits_the_other_way_are_no_damage() -> None:
+    one_strip = tiff(DEFLATE, scene()[:16])
+    (directory,) = struct.unpack_from("<I", one_strip, 4)
+    bits = np.unpackbits(np.frombuffer(one_strip[8:directory], np.uint8), bitorder="little")
+    turned = one_strip[:8] + np.packbits(bits).tobytes() + one_strip[directory:]
+    fill_order = struct.pack("<HHIHH", 266, 3, 1, 2, 0)
+    assert np.array_equal(decode_image(with_directory(turned, fill_order)), scene()[:16])
+
+
 def test_a_few_bytes_that_inflate_to_much_are_left_alone() -> None:
     plain = tiff(DEFLATE, np.zeros((256, 320), np.uint8))
     bomb = zlib.compress(bytes(1 << 27))[:-4] + b"none"
