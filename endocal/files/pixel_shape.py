@@ -10,12 +10,11 @@ from __future__ import annotations
 import struct
 from fractions import Fraction
 
+from ..calibration.spec import PIXEL_ASPECTS
 from .picture_header import JPEG, PNG, is_tiff, jpeg_markers, png_chunks, tiff_ratio
 
 # Numbers within this share of each other are a square, rounded.
 ROUNDED = 0.02
-# A pixel is not wider or higher than this.
-MOST = 10
 _JPEG_APP0 = 0xE0
 _JFIF = b"JFIF\0"
 _ACROSS, _DOWN = 282, 283
@@ -31,7 +30,8 @@ def stated_pixel_shape(data: bytes) -> Fraction | None:
     if not across or not down:
         return None
     ratio = across / down
-    if abs(ratio - 1) <= ROUNDED or not 1 / Fraction(MOST) <= ratio <= MOST:
+    least, most = PIXEL_ASPECTS
+    if abs(ratio - 1) <= ROUNDED or not least <= ratio <= most:
         return None
     return ratio
 
