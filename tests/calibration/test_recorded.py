@@ -28,7 +28,7 @@ UNUSUAL: dict[str, Any] = {
 
 def recorded(spec: CalibrationSpec) -> Calibration:
     lam2 = 1e-13 if spec.model == "division2" else 0.0
-    model = DivisionModel(-1e-6, (360.0, 270.0), (720, 540), spec.pixel_aspect, lam2)
+    model = DivisionModel(-1e-6, (360.0, 270.0), (720, 540), spec.aspect, lam2)
     made = Calibration(model)
     options = options_of(spec, made)
     return replace(made, source=Source(spec.method, spec.refine, options=options))
@@ -40,7 +40,8 @@ def test_an_option_comes_back_through_the_file(name: str) -> None:
     text = dumps(recorded(spec))
     found = loads(text)
     assert isinstance(found, Calibration)
-    assert spec_of(found) == spec
+    # What pixels were taken for holds, whatever the pictures' files say by then.
+    assert spec_of(found) == replace(spec, pixel_aspect=1.0)
     assert dumps(found) == text
 
 
@@ -77,7 +78,7 @@ def test_a_second_parameter_that_was_not_told_is_asked_for_again() -> None:
     found = loads(text)
     assert isinstance(found, Calibration)
     assert found.model.lam2 == 0
-    assert spec_of(found) == spec
+    assert spec_of(found) == replace(spec, pixel_aspect=1.0)
 
 
 def test_every_option_is_kept_somewhere() -> None:
