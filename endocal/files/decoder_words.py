@@ -9,9 +9,10 @@ import contextlib
 import os
 import re
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, BinaryIO
 
 import cv2
 
@@ -24,51 +25,54 @@ _DAMAGE = re.compile(
 # Some cameras fill up the last few bytes, which does no harm.
 _SHORT_FILL = re.compile(r"Corrupt JPEG data: ([1-9]|1[0-6]) extraneous bytes before marker 0xd9")
 _STDERR = 2
-_CHUNK = 1 << 16
-_END = b"\0no more words\0"
 _lock = threading.Lock()
+
+
+def _renew_lock() -> None:
+    """Leave a forked child a lock that nobody holds: the thread that may have held it is not there."""
+    global _lock
+    _lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
 
 
 @contextlib.contextmanager
 def decoder_words() -> Iterator[list[str]]:
     """Collect the lines that go to the process's standard error while the block runs, OpenCV's among them.
 
-    Threads take turns. Where there is no standard error, nothing is collected.
+    Threads take turns. Where there is no standard error, or no place for the words, nothing is collected.
     """
     lines: list[str] = []
-    with _lock:
+    with _lock, contextlib.ExitStack() as stack:
         try:
             kept = os.dup(_STDERR)
+            stack.callback(os.close, kept)
+            words = stack.enter_context(_nameless_file())
         except OSError:
             yield lines
             return
-        said = bytearray()
-        outlet, inlet = os.pipe()
-        listener = threading.Thread(target=_listen, args=(outlet, said), daemon=True)
-        listener.start()
         if sys.stderr is not None:
             sys.stderr.flush()
-        os.dup2(inlet, _STDERR)
         try:
+            os.dup2(words.fileno(), _STDERR)
             with _opencv_warns():
                 yield lines
         finally:
             os.dup2(kept, _STDERR)
-            os.write(inlet, _END)
-            listener.join()
-            for descriptor in (kept, inlet, outlet):
-                os.close(descriptor)
-            lines += said.removesuffix(_END).decode(errors="replace").splitlines()
+            words.seek(0)
+            lines += words.read().decode(errors="replace").splitlines()
 
 
-def _listen(outlet: int, said: bytearray) -> None:
-    """Take all that comes out of a pipe, up to ``_END``.
+def _nameless_file() -> BinaryIO:
+    """A file to write to, in memory where that can be: it needs no directory, and no room on a disk.
 
-    A pipe, unlike a file, needs no directory and no room on a disk; somebody has to read it meanwhile, since
-    it holds little. It may never end by itself: a program started meanwhile has its other end, too.
+    Programs that are started meanwhile may hold on to it, and write to it later; nobody has to read that.
     """
-    while not said.endswith(_END):
-        said += os.read(outlet, _CHUNK)
+    if hasattr(os, "memfd_create"):
+        return os.fdopen(os.memfd_create("words"), "w+b")
+    return tempfile.TemporaryFile()
 
 
 def damage_in(lines: list[str]) -> str | None:

@@ -11,12 +11,13 @@ import struct
 from fractions import Fraction
 
 from ..calibration.spec import PIXEL_ASPECTS
+from ..errors import InputError
 from .picture_header import JPEG, PNG, is_tiff, jpeg_markers, png_chunks, tiff_ratio
 
 # Numbers within this share of each other are a square, rounded.
 ROUNDED = 0.02
 _JPEG_APP0 = 0xE0
-_JFIF = b"JFIF\0"
+_JFIF, _JFIF_BYTES = b"JFIF\0", 16
 _ACROSS, _DOWN = 282, 283
 
 
@@ -26,7 +27,11 @@ def stated_pixel_shape(data: bytes) -> Fraction | None:
     A pixel's width over its height is that, or one over it. None where the file says nothing of it, or that
     pixels are square.
     """
-    across, down = _numbers(data)
+    try:
+        across, down = _numbers(data)
+    except (struct.error, IndexError, InputError):
+        # Broken, where no pixel is: no reason to refuse the picture.
+        return None
     if not across or not down:
         return None
     ratio = across / down
@@ -46,7 +51,9 @@ def _numbers(data: bytes) -> tuple[Fraction, Fraction]:
     elif data.startswith(JPEG):
         for marker, at in jpeg_markers(data):
             if marker == _JPEG_APP0 and data.startswith(_JFIF, at + 4):
-                across, down = struct.unpack_from(">HH", data, at + 12)
+                length, _, across, down = struct.unpack_from(">H8s2H", data, at + 2)
+                if length < _JFIF_BYTES:
+                    break
                 return Fraction(across), Fraction(down)
     elif is_tiff(data):
         return tiff_ratio(data, _ACROSS), tiff_ratio(data, _DOWN)

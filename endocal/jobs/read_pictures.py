@@ -10,20 +10,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from ..calibration.image.picture import to_grey
-from ..calibration.straightness import Floats
 from ..errors import InputError
 from ..files import decode_image, read_picture_bytes
 from ..files.images import Picture
 from ..files.names import shown
 
-# Pictures are compared when reduced to so many px on the longer side.
-REDUCED = 256
-# Two show the same from here on, as a correlation of grey levels: copies in JPEG of a quality of 20 or better
-# and second frames of a camera on a stand, noise and all, have 0.9990 or more, a view that moved by a px
-# 0.996 at most, and different views of real lenses 0.74.
-SAME_VIEW = 0.998
+# Pictures are compared when reduced to so many px on the longer side, by what is finer than so many px there;
+# all places count alike, but for those that vary by less than a few grey levels: noise.
+REDUCED, FINE, NOISE = 256, 6.0, 4.0
+# Two show the same from here on, as a correlation: copies in JPEG of a quality of 50 or better and second
+# frames of a camera on a stand have 0.99 or more, unless they are small; a view that moved by a px in a
+# thousand has 0.99, by two 0.96; different ones 0.67 at most, faint boards in one bright circle included.
+SAME_VIEW = 0.985
 
 
 @dataclass(frozen=True)
@@ -51,18 +52,19 @@ class ReadPicture:
         return hashlib.sha256(self.data).hexdigest()
 
     @cached_property
-    def seen(self) -> Floats:
-        """Grey levels of the reduced picture, as many standard deviations from their mean."""
+    def seen(self) -> NDArray[np.float32]:
+        """What is fine in the reduced picture, beside how strong it is around: a unit vector, if much is."""
         grey = np.asarray(to_grey(self.image), np.float32)
         scale = min(1.0, REDUCED / max(grey.shape))
         size = [max(1, round(side * scale)) for side in grey.shape[::-1]]
-        small = cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.float64)
-        small -= small.mean()
-        return np.asarray(small / max(float(small.std()), 1e-9))
+        small = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
+        fine = small - cv2.GaussianBlur(small, (0, 0), FINE)
+        fine = fine / np.sqrt(cv2.GaussianBlur(fine * fine, (0, 0), FINE) + NOISE**2)
+        return np.asarray(fine / max(float(np.linalg.norm(fine)), 1.0), np.float32)
 
     def shows_what(self, other: ReadPicture) -> bool:
         """Whether both show the same view of the same thing."""
-        return float((self.seen * other.seen).mean()) > SAME_VIEW
+        return float((self.seen * other.seen).sum()) > SAME_VIEW
 
 
 def check_one_size(pictures: Sequence[ReadPicture]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from ..calibration.calibrate import Joint, calibrate_jointly
 from ..calibration.spec import CalibrationSpec
@@ -31,46 +32,53 @@ VIDEO = {
 }
 
 
-def _pixel_aspects(pictures: Sequence[ReadPicture]) -> list[float]:
-    """The pixel aspects that the files may mean, the likeliest first, and 1."""
-    stated = dict.fromkeys(filter(None, (stated_pixel_shape(picture.data) for picture in pictures)))
-    return [*(float(a) for ratio in stated for a in (ratio, 1 / ratio)), 1.0]
-
-
 def calibrate_straightest(
     pictures: Sequence[ReadPicture], spec: CalibrationSpec
 ) -> tuple[CalibrationSpec, Joint]:
     """Calibrate from pictures, and return how, too: with which pixel aspect.
 
-    That is the ``spec``'s, or that one which fits best. Bare methods do not tell how straight lines are:
-    their pixels are square, if nobody says otherwise. Raises what ``calibrate_jointly`` does.
+    That is the ``spec``'s, or what fits best of what the first file says that says anything. Bare methods do
+    not tell how straight lines are: their pixels are square, if nobody says otherwise. Raises what
+    ``calibrate_jointly`` does.
     """
-    aspects = _pixel_aspects(pictures)
     images = [picture.image for picture in pictures]
-    if spec.pixel_aspect is not None or not spec.refine or len(aspects) == 1:
+    stating = [picture for picture in pictures if stated_pixel_shape(picture.data)]
+    if spec.pixel_aspect is not None or not spec.refine or not stating:
         return spec, calibrate_jointly(images, spec)
-    found: list[tuple[int, float, CalibrationSpec, Joint]] = []
-    refused: CalibrationError | None = None
-    for aspect in aspects:
-        tried = replace(spec, pixel_aspect=aspect)
+    # One picture tells it, of which that is soon done.
+    tried = _tried(stating[0], spec)
+    if not tried:
+        return spec, calibrate_jointly(images, spec)
+    best, least, _, _ = min(tried, key=lambda one: one[:2])
+    spec, joint = next(
+        (with_aspect, joint)
+        for verdict, off, with_aspect, joint in tried
+        if verdict == best and off <= AS_STRAIGHT * least
+    )
+    return spec, joint if len(images) == 1 else calibrate_jointly(images, spec)
+
+
+def _tried(
+    picture: ReadPicture, spec: CalibrationSpec
+) -> list[tuple[int, float, CalibrationSpec, Joint]]:
+    """Calibrate from a picture with each pixel aspect that its file may mean, the likeliest first, and 1.
+
+    With the number of each one's verdict, and how far the lines stay from straight.
+    """
+    stated = stated_pixel_shape(picture.data) or Fraction(1)
+    tried = []
+    for aspect in (float(stated), float(1 / stated), 1.0):
+        with_aspect = replace(spec, pixel_aspect=aspect)
         try:
-            joint = calibrate_jointly(images, tried)
-        except CalibrationError as error:
-            refused = error
+            joint = calibrate_jointly([picture.image], with_aspect)
+        except CalibrationError:
             continue
         quality = joint.calibration.quality
         if quality is not None and quality.rms is not None:
             # Where pixels count as wide, so do distances across.
             off = quality.rms / math.sqrt(aspect)
-            found.append((VERDICTS.index(quality.verdict), off, tried, joint))
-    if not found:
-        raise refused or CalibrationError("no straight lines found")
-    best, least, _, _ = min(found, key=lambda one: one[:2])
-    return next(
-        (tried, joint)
-        for verdict, off, tried, joint in found
-        if verdict == best and off <= AS_STRAIGHT * least
-    )
+            tried.append((VERDICTS.index(quality.verdict), off, with_aspect, joint))
+    return tried
 
 
 def aspect_notes(
@@ -90,9 +98,12 @@ def aspect_notes(
         if stated is None:
             continue
         numbers = f"{picture.name} says {stated.numerator}:{stated.denominator} of its pixels"
+        taken = (
+            f"{made.pixel_aspect:.4f} times as wide as high" if made.pixel_aspect != 1 else "square"
+        )
         if not spec.refine:
             yield f"{numbers}, which a bare method does not try: give --pixel-aspect"
-        elif made.pixel_aspect == 1:
-            yield f"{numbers}, which its lines do not bear out: taken as square, but for --pixel-aspect"
+        elif math.isclose(abs(math.log(stated)), abs(math.log(made.pixel_aspect)), rel_tol=1e-6):
+            yield f"{numbers}: taken as {taken}, as its lines bear out"
         else:
-            yield f"{numbers}: taken as {made.pixel_aspect:.4f} times as wide as high, as its lines bear out"
+            yield f"{numbers}, which its lines do not bear out: taken as {taken}, but for --pixel-aspect"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import resource
+import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -32,10 +34,18 @@ def nowhere(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_pictures_are_read_and_damage_is_told_without_temporary_files(nowhere: None) -> None:
+def test_pictures_are_read_where_nothing_can_be_written(nowhere: None) -> None:
+    image = np.random.default_rng(4).integers(0, 256, (160, 240, 3), np.uint8)
+    data = cv2.imencode(".jpg", image)[1].tobytes()
+    assert decode_image(data).shape == image.shape
+
+
+def test_damage_is_told_without_a_temporary_directory(monkeypatch: pytest.MonkeyPatch) -> None:
+    if not hasattr(os, "memfd_create"):
+        pytest.skip("no files in memory here")
+    monkeypatch.setattr(tempfile, "tempdir", "/nowhere")
     image = np.random.default_rng(4).integers(0, 256, (160, 240, 3), np.uint8)
     data = bytearray(cv2.imencode(".jpg", image)[1].tobytes())
-    assert decode_image(bytes(data)).shape == image.shape
     middle = len(data) // 2
     data[middle : middle + 300] = bytes(300)
     with pytest.raises(InputError, match="is damaged in the middle"):
@@ -65,9 +75,39 @@ def test_words_before_and_after_go_where_they_went(
         assert len(os.listdir("/proc/self/fd")) == descriptors
 
 
-def test_a_program_that_still_holds_the_other_end_holds_nothing_up() -> None:
+def test_a_program_that_was_started_meanwhile_may_go_on_writing() -> None:
+    late = "import sys, time; time.sleep(0.3); print('late', file=sys.stderr, flush=True)"
     with decoder_words() as words:
-        held = os.dup(STDERR)
+        program = subprocess.Popen([sys.executable, "-c", late])
         os.write(STDERR, b"meanwhile\n")
-    os.close(held)
     assert words == ["meanwhile"]
+    assert program.wait() == 0
+
+
+def test_an_interrupt_leaves_standard_error_as_it_was(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), decoder_words():
+        raise KeyboardInterrupt
+    os.write(STDERR, b"after\n")
+    assert capfd.readouterr().err == "after\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")
+def test_a_child_forked_while_a_thread_listens_can_listen_too() -> None:
+    code = (
+        "import os, signal, sys, threading\n"
+        "from endocal.files.decoder_words import decoder_words\n"
+        "inside, done = threading.Event(), threading.Event()\n"
+        "def listen():\n"
+        "    with decoder_words():\n"
+        "        inside.set(); done.wait()\n"
+        "thread = threading.Thread(target=listen); thread.start(); inside.wait()\n"
+        "child = os.fork()\n"
+        "if not child:\n"
+        "    signal.alarm(10)\n"
+        "    with decoder_words():\n"
+        "        pass\n"
+        "    os._exit(0)\n"
+        "_, status = os.waitpid(child, 0)\n"
+        "done.set(); thread.join(); sys.exit(os.waitstatus_to_exitcode(status))\n"
+    )
+    assert subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=False).returncode == 0

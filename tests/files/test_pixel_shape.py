@@ -79,6 +79,21 @@ def test_equal_numbers_and_nonsense_say_nothing(across: int, down: int) -> None:
     assert stated_pixel_shape(png(phys(across, down, unit=1))) is None
 
 
+@pytest.mark.parametrize("place", [1_000_000, 2**31, 2**32 - 8, 2**32 - 1])
+def test_a_resolution_that_is_not_in_the_file_says_nothing(place: int) -> None:
+    entry = struct.pack("<HHII", 282, 5, 1, place)
+    data = b"II*\0" + struct.pack("<IH", 8, 1) + entry + bytes(4)
+    assert stated_pixel_shape(data) is None
+
+
+def test_a_jfif_segment_that_is_too_short_says_nothing() -> None:
+    whole = by_ffmpeg("mjpeg", "yuvj420p", Fraction(16, 15))
+    at = whole.index(b"JFIF") - 4
+    (length,) = struct.unpack_from(">H", whole, at + 2)
+    short = whole[: at + 2] + struct.pack(">H", 7) + b"JFIF\0" + whole[at + 2 + length :]
+    assert stated_pixel_shape(short) is None
+
+
 def test_what_is_cut_short_says_nothing() -> None:
     assert stated_pixel_shape(png((b"pHYs", b"\0\0\0\1"))) is None
     assert stated_pixel_shape(png(phys(16, 15))[:40]) is None

@@ -41,7 +41,7 @@ def test_a_second_frame_of_a_still_camera_is_a_copy_and_another_view_is_none(
     first: Path, seed: int
 ) -> None:
     image = read_image(first).astype(float)
-    noise = np.random.default_rng(seed).normal(0, 8, image.shape)
+    noise = np.random.default_rng(seed).normal(0, 4, image.shape)
     second, moved = (first.with_name(name) for name in ("second.png", "moved.png"))
     write_image(second, np.clip(image + noise, 0, 255).astype(np.uint8))
     write_image(moved, render_board(board(rotation=13.0, seed=seed)))
@@ -58,6 +58,26 @@ def test_faint_boards_in_one_circle_are_views_of_their_own(first: Path) -> None:
         shape = inside.reshape(inside.shape + (1,) * (faint.ndim - 2))
         write_image(first.with_name(name), np.where(shape, faint, 5).astype(np.uint8))
     a, b = (ReadPicture.of(first.with_name(name)) for name in ("a.png", "b.png"))
+    assert not a.shows_what(b)
+
+
+def test_small_boards_in_an_even_circle_are_views_of_their_own(first: Path) -> None:
+    y, x = np.mgrid[:480, :640]
+    disc = np.where(np.hypot(x - 320, y - 240) < 220, 150, 5).astype(np.uint8)
+    small = cv2.resize(cv2.imread(str(first), cv2.IMREAD_GRAYSCALE), (128, 96))
+    faint = (150 + 0.3 * (small.astype(float) - 128)).astype(np.uint8)
+    views = []
+    for column in (200, 320):
+        view = disc.copy()
+        view[180:276, column : column + 128] = faint
+        views.append(ReadPicture("view.png", b"", view))
+    assert not views[0].shows_what(views[1])
+
+
+@pytest.mark.parametrize("kind", ["black", "grey"])
+def test_blank_pictures_show_nothing_in_common(kind: str) -> None:
+    level = 0 if kind == "black" else 128
+    a, b = (ReadPicture("blank.png", b"", np.full((480, 640), level, np.uint8)) for _ in range(2))
     assert not a.shows_what(b)
 
 

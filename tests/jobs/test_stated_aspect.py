@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from endocal import CalibrationSpec
-from endocal.files import encode_image
+from endocal.files import decode_image, encode_image
 from endocal.jobs.calibrate import report_files
 from endocal.synth.board import render_board
 
@@ -79,3 +80,19 @@ def test_stills_of_video_whose_pixels_are_seldom_square_are_asked_about(tmp_path
     assert "--pixel-aspect" in note
     given = CalibrationSpec(refine=False, samples=4, max_rounds=2, pixel_aspect=1.0)
     assert report_files([tmp_path / "still.png"], given).notes == ()
+
+
+def test_of_pictures_that_state_different_ones_the_first_is_tried(
+    tmp_path: Path, wide: bytes
+) -> None:
+    image = decode_image(wide)
+    other = with_chunks(encode_image(np.ascontiguousarray(image[::-1]), ".png"), phys(2, 1))
+    (tmp_path / "a.png").write_bytes(with_chunks(wide, phys(16, 15)))
+    (tmp_path / "b.png").write_bytes(other)
+    report = report_files([tmp_path / "a.png", tmp_path / "b.png"])
+    assert report.calibration.model.pixel_aspect == pytest.approx(WIDE)
+    first, second = report.notes
+    assert "a.png says 16:15 of its pixels: taken as 1.0667" in first
+    assert (
+        "b.png says 2:1 of its pixels, which its lines do not bear out: taken as 1.0667" in second
+    )
