@@ -15,20 +15,20 @@ from endocal.synth.board import render_board
 from ..calibration.scenes import board
 from ..files.test_pixel_shape import phys, with_chunks
 
-LAM = -2.4e-6
+LAM = -6e-6
 WIDE = 16 / 15
 
 
 @pytest.fixture(scope="module")
 def wide() -> bytes:
     """A board seen with pixels that are wider than high."""
-    scene = board(LAM, (305.0, 233.0), (600, 480), pixel_aspect=WIDE)
+    scene = board(LAM, (190.0, 146.0), (375, 300), pixel_aspect=WIDE, square=26.0)
     return encode_image(render_board(scene), ".png")
 
 
 @pytest.fixture(scope="module")
 def square() -> bytes:
-    return encode_image(render_board(board(LAM)), ".png")
+    return encode_image(render_board(board(LAM, (203.0, 146.0), (400, 300), square=26.0)), ".png")
 
 
 @pytest.mark.parametrize("numbers", [(16, 15), (15, 16)])
